@@ -90,6 +90,7 @@ def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
     shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "b.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    unused = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1//1 2//1 3//1\n"
     vertex = "element vertex 3\n" + "".join(f"property float {name}\n" for name in "xyz")
     head = f"ply\nformat ascii 1.0\n{vertex}{{}}element face 1\nproperty list uchar int vertex_indices\n"
     (tmp_path / "a.ply").write_text(head.format("") + "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
@@ -98,7 +99,7 @@ def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
     picture = '<texture type="bitmap" name="{}">' + FILE.format("a.png") + "</texture>"
     bsdf = f'<bsdf type="diffuse">{picture.format("reflectance")}</bsdf>'
     mapped = f'<bsdf type="normalmap">{picture.format("normalmap")}{bsdf}</bsdf>'
-    for kind in ("obj", "ply"):
+    for kind in ("obj", "ply", "obj"):
         for inner in (bsdf, mapped):
             meshes = [f'<shape type="{kind}">{FILE.format(f"{name}.{kind}")}{inner}</shape>' for name in "ab"]
             with pytest.warns(clrt.ClrtWarning, match=f"textures of '{kind}' where it has no uv$"):
@@ -106,6 +107,7 @@ def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
             bare, shown = (scene.material_of(shape) for shape in scene.shapes)
             assert (bare.color, bare.normal_map) == (0.5, None)
             assert isinstance(shown.color, ImageTexture) and (shown.normal_map is None) == (inner == bsdf)
+        (tmp_path / "a.obj").write_text(unused)  # the last time
 
 
 @pytest.mark.parametrize(("integrator", "sky", "bsdf", "named"), [
@@ -213,6 +215,50 @@ def test_glass_of_principled_lets_the_root_of_its_colour_pass(tmp_path: Path) ->
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         read(tmp_path, BALL.format(body.format(picture, 0)))
+
+
+PICTURE = '<texture type="bitmap" name="{}">{}' + FILE.format("a.{}") + "</texture>"
+MAP = '<bsdf type="normalmap">' + PICTURE.format("normalmap", "{}", "{}") + "{}</bsdf>"
+RAW, RED, GREEN = '<boolean name="raw" value="true"/>', *(
+    f'<bsdf type="diffuse"><rgb name="reflectance" value="{value}"/></bsdf>' for value in ("1 0 0", "0 1 0")
+)
+PLAIN = MAP.format(RAW, "png", RED)
+ALLOY = '<float name="spec_trans" value="1"/><float name="metallic" value="{}"/>'
+
+
+@pytest.mark.parametrize(("bsdf", "named"), [
+    (PLAIN, ""), (MAP.format("", "exr", RED), ""),
+    (MAP.format("", "png", RED), "that a normal map without raw is decoded from sRGB"),
+    (MAP.format(RAW, "png", PLAIN), "a normal map within another"),
+    (f'<bsdf type="blendbsdf">{RED}{PLAIN}</bsdf>', "that only a part of a blendbsdf has the normal map"),
+    (f'<bsdf type="blendbsdf">{PLAIN}{PLAIN}</bsdf>', ""),
+    (f'<bsdf type="principled"><float name="roughness" value="0"/>{ALLOY.format(0.5)}</bsdf>',
+     "the metal of what is glass, too"),
+    (f'<bsdf type="principled"><float name="roughness" value="0"/>{ALLOY.format(0)}</bsdf>', ""),
+])  # fmt: skip
+def test_what_of_maps_and_blends_is_lost(tmp_path: Path, bsdf: str, named: str) -> None:
+    shutil.copy(SCENES / "tile-normals.png", tmp_path / "a.png")
+    shutil.copy(SCENES / "sky.exr", tmp_path / "a.exr")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        read(tmp_path, BALL.format(bsdf))
+    assert [str(one.message).split("counterpart: ")[-1] for one in said] == ([named] if named else [])
+
+
+def test_a_checker_beneath_a_normal_map_is_its_mean(tmp_path: Path) -> None:
+    """A rectangle becomes a mesh there, which has no checker."""
+    shutil.copy(SCENES / "tile-normals.png", tmp_path / "a.png")
+    checker = '<bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf>'
+    with pytest.warns(clrt.ClrtWarning, match="a checkerboard, but for its mean, where there can be none$"):
+        scene = read(tmp_path, f'<shape type="rectangle">{MAP.format(RAW, "png", checker)}</shape>')
+    assert scene.material_of(scene.shapes[0]).color == pytest.approx((0.3, 0.3, 0.3))
+
+
+def test_a_beam_ends_at_the_cutoff(tmp_path: Path) -> None:
+    angles = '<float name="cutoff_angle" value="30"/><float name="beam_width" value="{}"/>'
+    for beam, penumbra in (15, 0.5), (30, 0), (45, 0):
+        (light,) = table(tmp_path, f'<emitter type="spot">{angles.format(beam)}</emitter>')["lights"]
+        assert (light.get("angle", 30), light.get("penumbra", 0)) == (30, penumbra)
 
 
 def test_alpha_along_u_and_v(tmp_path: Path) -> None:

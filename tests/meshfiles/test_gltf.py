@@ -262,3 +262,32 @@ def test_the_last_row_of_a_matrix_may_be_rounded() -> None:
     rounded = (1.0, 0, 0, 1e-7, 0, 1, 0, 0, 0, 0, 1, 0, 2, 3, 4, 1.0000001)
     found = matrix_of(Node(matrix=rounded), 0, np.eye(4))
     assert found[3].tolist() == [0, 0, 0, 1] and found[:3, 3].tolist() == [2, 3, 4]
+
+
+STATED_BY_NULL = {
+    "nodes": [{"mesh": 0, "name": None, "matrix": None, "extensions": {"KHR_lights_punctual": {"light": 0}}},
+              {"camera": 0}],
+    "scenes": [{"nodes": [0, 1], "name": None}],
+    "accessors": [{**POSITIONS, "byteOffset": None, "normalized": None}],
+    "materials": [{"pbrMetallicRoughness": None, "name": "null: null"}],
+    "meshes": [{"primitives": [{**SHOWN, "material": 0, "indices": None}]}],
+    "cameras": [{"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 1, "znear": -1, "zfar": 9},
+                 "perspective": None, "name": None}],
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "range": 0, "spot": None}]}},
+    "extensionsUsed": ["KHR_lights_punctual"],
+}  # fmt: skip
+
+
+def test_null_and_zeros_are_what_is_not_stated(tmp_path: Path) -> None:
+    """As exporters of three.js, Babylon, Poly and gltf-vscode wrote them."""
+    table = document(**STATED_BY_NULL)
+    table["bufferViews"][0]["byteStride"] = 0
+    scene = clrt.load(write(tmp_path, table))
+    (light,), (mesh,) = scene.lights, scene.shapes
+    assert light.type == "point" and scene.camera is not None
+    assert (scene.camera.type, scene.camera.near, scene.camera.size) == ("orthographic", 0, 4)
+    assert mesh.data().vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert "null: null" in scene.materials
+    for wrong in ({"nodes": [None]}, {"nodes": [{"mesh": 0, "mesh ": None, "scale": [1, None, 1]}]}):
+        with pytest.raises(SceneError, match="its JSON is not that of a glTF file"):
+            clrt.load(write(tmp_path, document(**wrong)))

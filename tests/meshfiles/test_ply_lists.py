@@ -99,3 +99,31 @@ def test_places_in_capitals_and_vertices_without(tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_text(head.format("q") + rest)
     with pytest.raises(clrt.ClrtError, match="its vertices have no properties x, y and z, but 'Y, Z, q'"):
         clrt.load(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("types", ["uchar uchar", "uint8 int8", "char char", "ushort uint16", "int int"])
+@pytest.mark.parametrize("gap", ["", "\n", " \n\t\n"])
+def test_types_of_corners_in_a_text_bound_nothing(types: str, gap: str, tmp_path: Path) -> None:
+    """There they take no room; numbers above 255 were taken modulo 256. Lines between may be empty."""
+    n = 20
+    points = [(x, y, 0) for y in range(n + 1) for x in range(n + 1)]
+    corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
+    faces = [(a, a + 1, a + n + 2, a + n + 1) for a in corners]
+    head = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
+    head += [*(f"property float {x}" for x in "xyz"), f"element face {len(faces)}"]
+    head += [f"property list {types} vertex_indices", "end_header\n"]
+    rows = ["\n".join(" ".join(map(str, row)) for row in part) for part in (points, [(4, *f) for f in faces])]
+    (tmp_path / "a.ply").write_text("\n".join(head) + gap + f"\n{gap}".join(rows) + f"\n{gap}")
+    (mesh,) = clrt.load(tmp_path / "a.ply").shapes
+    assert isinstance(mesh, Mesh)
+    v, f = mesh.data().vertices, np.asarray(mesh.data().faces)
+    area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1).sum() / 2
+    assert area == n * n
+
+
+def test_the_line_of_a_row_that_is_cut_is_told_among_empty_ones(tmp_path: Path) -> None:
+    head = ["ply", "format ascii 1.0", "element vertex 3", *(f"property float {x}" for x in "xyz")]
+    head += ["element face 1", "property list uchar uchar vertex_indices", "end_header"]
+    (tmp_path / "a.ply").write_text("\n".join([*head, "", "0 0 0", "1 0 0", "", "0 1", "3 0 1 2", ""]))
+    with pytest.raises(clrt.ClrtError, match=r"line 14: row 2 of 'vertex' has 2 of its 3 numbers"):
+        clrt.load(tmp_path / "a.ply")
