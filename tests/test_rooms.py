@@ -21,6 +21,7 @@ ROOMS = (
 PARTS = {
     "clrt.engine.adaptive": "clrt.engine.job",
     "clrt.engine.shown": "clrt.engine.tracer",
+    "clrt.formats.mitsuba.spectra": "clrt.formats.mitsuba.values",
     "clrt.images.dataset": "clrt.images.image",
     "clrt.raytree.document": "clrt.raytree.tree",
     "clrt.raytree.drawing": "clrt.raytree.tree",

@@ -87,7 +87,6 @@ OTHER_WORDS: Final[dict[str, str]] = {
     "lookat": "target",
     "look_from": "origin",
     "eye": "origin",
-    "position": "origin",
     "field_of_view": "fov",
     "fovy": "fov",
     "fov_y": "fov",
@@ -128,6 +127,9 @@ OTHER_SHAPES: Final[dict[str, str]] = {
     "cuboid": "box", "tube": "cylinder", "pipe": "cylinder", "circle": "disk", "ball": "sphere",
 }  # fmt: skip
 
+# likewise of cameras, where lights have the key
+_OF_CAMERAS: Final = {"position": "origin"}
+
 # what is another number there
 _MIND: Final[dict[str, str]] = {
     "glossiness": "1 less it", "fovy": 'with fov_axis = "vertical"', "fov_y": 'with fov_axis = "vertical"',
@@ -147,7 +149,7 @@ _FEATURE: Final = {word: feature for feature, words in FEATURES.items() for word
 def advice(word: object, known: list[str]) -> str:
     """'; ...' on a key or name that is not among the `known` ones of its place; "" for an unknown word."""
     plain = _plain(word)
-    for table in (OTHER_WORDS, OTHER_SHAPES):
+    for table in (OTHER_WORDS, OTHER_SHAPES, _OF_CAMERAS):
         if (other := table.get(plain)) in known:
             return f"; clrt calls it {other!r}" + (f", {_MIND[plain]}" if plain in _MIND else "")
     if f"{plain}s" in known:

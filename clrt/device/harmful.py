@@ -9,7 +9,6 @@ is announced (`clrt.device.trial`); if that ends, each by itself, and the loader
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from clrt.base import notices
+from clrt.base.scratch import scratch
 from clrt.device import trial, vendors
 
 _OTHERS: Final = ("OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES")  # what these name is loaded all the same
@@ -61,14 +61,14 @@ def left_out() -> Iterator[None]:
         return
     good = [vendor for vendor in vendors.vendors(tried=False) if vendor.file not in bad]
     beside = vendors.bundled_folder()
-    with tempfile.TemporaryDirectory(prefix="clrt-drivers-") as folder:
-        place = folder
+    with scratch() as folder:
+        place = str(folder)
         if len(good) < 2 or any(file.parent == beside for file in bad):
             # of a folder the loader would take what lies beside itself, too
-            place = str(good[0].file) if good else os.path.join(folder, _NONE)
+            place = str(good[0].file if good else folder / _NONE)
         else:
             for number, vendor in enumerate(vendor for vendor in good if vendor.file.parent != beside):
-                Path(folder, f"{number}.icd").write_text(f"{vendor.library}\n", "utf-8")
+                (folder / f"{number}.icd").write_text(f"{vendor.library}\n", "utf-8")
         before = os.environ.get(vendors.VARIABLE)
         os.environ[vendors.VARIABLE] = place
         try:

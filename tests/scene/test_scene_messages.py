@@ -337,3 +337,9 @@ def test_a_key_that_stands_twice_is_named(tmp_path: Path):
 )  # fmt: skip
 def test_words_of_others_have_advice_of_their_place(word: str, known: list[str], says: str) -> None:
     assert says in missing.advice(word, known)
+
+
+def test_a_camera_has_no_position_and_a_light_has():
+    with pytest.raises(clrt.ClrtError, match="camera: unknown key 'position'; clrt calls it 'origin'"):
+        clrt.load_dict({"camera": {"position": [0, 0, 5]}, "shapes": []})
+    assert clrt.load_dict({"lights": [{"type": "point", "position": [0, 1, 0]}], "shapes": []}).lights

@@ -124,10 +124,10 @@ class Materials:
     def texture(self, plugin: Plugin) -> Any:
         """A texture as a scene file has it; what there is none of is grey."""
         if plugin.type == "bitmap":
-            plugin.check(_BITMAP, self.context)
+            self.context.check(plugin, _BITMAP)
             return self._bitmap(plugin)
         if plugin.type == "checkerboard":
-            plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context)
+            self.context.check(plugin, _TO_UV | {"color0": "x", "color1": "x"})
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
             return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
         if plugin.type in SPECTRA:
@@ -233,13 +233,13 @@ def _alpha_of(plugin: Plugin, materials: Materials) -> float:
 
 
 def _diffuse(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"reflectance": "color"}, materials.context)
+    materials.context.check(plugin, {"reflectance": "color"})
     return {"color": materials.color(plugin, "reflectance", 0.5), "diffuse": 1.0}
 
 
 def _conductor(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughconductor"
-    plugin.check(_CONDUCTOR | (_ALPHA if rough else {}), materials.context)
+    materials.context.check(plugin, _CONDUCTOR | (_ALPHA if rough else {}))
     metal = plugin.text("material", "none")
     tint = materials.tint(plugin, "specular_reflectance", 1.0)
     table = {"diffuse": 0.0, "reflection": 1.0, "reflection_color": tint}
@@ -278,7 +278,7 @@ def _surroundings(plugin: Plugin, materials: Materials) -> None:
 
 def _dielectric(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughdielectric"
-    plugin.check(_DIELECTRIC | (_ALPHA if rough else {}), materials.context)
+    materials.context.check(plugin, _DIELECTRIC | (_ALPHA if rough else {}))
     _surroundings(plugin, materials)
     if rough:
         materials.context.left_out["the roughness of glass"] = None
@@ -292,7 +292,7 @@ def _dielectric(plugin: Plugin, materials: Materials) -> Table:
 
 def _plastic(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughplastic"
-    plugin.check(_PLASTIC | (_ALPHA if rough else {}), materials.context)
+    materials.context.check(plugin, _PLASTIC | (_ALPHA if rough else {}))
     if plugin.flag("nonlinear", False):
         materials.context.left_out[f"nonlinear of {plugin.type}"] = None
     roughness = math.sqrt(_alpha_of(plugin, materials)) if rough else 0.0
@@ -305,7 +305,7 @@ def _plastic(plugin: Plugin, materials: Materials) -> Table:
 
 def _principled(plugin: Plugin, materials: Materials) -> Table:
     context = materials.context
-    plugin.check(_PRINCIPLED, context)
+    context.check(plugin, _PRINCIPLED)
     shares = [min(max(plugin.number(name, default), 0.0), 1.0)
               for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))]  # fmt: skip
     names = ("metallic", "roughness", "spec_trans")
@@ -328,7 +328,7 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _inner(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"allow_transmission": "x"}, materials.context)
+    materials.context.check(plugin, {"allow_transmission": "x"})
     if plugin.flag("allow_transmission", False):
         materials.context.left_out[f"allow transmission of {plugin.type}"] = None
     front = materials.context.first(plugin, "bsdf")  # a second one is that of the back
@@ -340,7 +340,7 @@ def _inner(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _normal_map(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"flip_invalid_normals": "-", "use_shadowing_function": "-"}, materials.context)
+    materials.context.check(plugin, {"flip_invalid_normals": "-", "use_shadowing_function": "-"})
     found = materials.inner(plugin)[0]
     picture = materials.color(plugin, "normalmap", 0.5)
     if not isinstance(picture, dict) or picture["type"] != "image":
@@ -356,7 +356,7 @@ def _normal_map(plugin: Plugin, materials: Materials) -> Table:
 def _blend(plugin: Plugin, materials: Materials) -> Table:
     """The sum of two: each coefficient of theirs, with what goes with it."""
     context = materials.context
-    plugin.check({"weight": "x"}, context)
+    context.check(plugin, {"weight": "x"})
     first, second = materials.inner(plugin, 2)
     weight = plugin.number("weight", 0.5)
     if context.called(plugin, "weight") is not None:

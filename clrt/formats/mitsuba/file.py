@@ -90,6 +90,19 @@ class Context:
                 return self.referred(child)
         return None
 
+    def check(self, plugin: Plugin, known: dict[str, str]) -> None:
+        """Raise for a value that a plugin has not; what it has, but we have not, is left out.
+
+        known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
+        """
+        plugin.element.understood = True
+        for name, element in plugin.values.items():
+            if name not in known:
+                what = f"value of {plugin.element.tag} {show(plugin.type)} called"
+                self.other(element, what, name, [*known])
+            elif known[name] == "":
+                self.left_out[f"{name.replace('_', ' ')} of {plugin.type}"] = None
+
     def other(self, element: Element, what: str, name: str, known: list[str]) -> None:
         """A name that Mitsuba 3 has not: SceneError, but in files of its first version, which had more."""
         if not self.first_version:

@@ -60,7 +60,7 @@ class Shapes:
         if plugin.type not in _KEYS:
             context.without(plugin, [*_KEYS], _OTHERS)
             return
-        plugin.check(_KEYS[plugin.type], context)
+        context.check(plugin, _KEYS[plugin.type])
         if context.elements(plugin, "medium"):
             context.left_out["media"] = None
         radiance = self._radiance(plugin)
@@ -136,7 +136,7 @@ class Shapes:
             return 0.0
         if emitter.type != "area":
             raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area", "directionalarea"])
-        emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context)
+        self.materials.context.check(emitter, {"radiance": "x", "sampling_weight": "-"})
         color = self.materials.tint(emitter, "radiance", 1.0)
         if isinstance(color, dict):
             self.materials.context.left_out["textures of lights"] = None

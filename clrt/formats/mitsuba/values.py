@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from clrt.base import notices
 from clrt.base.errors import decimal, fault, show
 from clrt.formats.mitsuba.spectra import SPECTRA, closed, flat
 from clrt.formats.xml_tree import Element, unknown
-
-if TYPE_CHECKING:
-    from clrt.formats.mitsuba.file import Context
 
 Rgb = tuple[float, float, float]
 Array = np.ndarray
@@ -64,19 +61,6 @@ class Plugin:
             elif child.tag != "default":
                 raise unknown(child, "element", child.tag, [*VALUES, *OBJECTS])
         return plugin
-
-    def check(self, known: dict[str, str], context: Context) -> None:
-        """Raise for a value that the plugin has not; what it has, but we have not, is left out.
-
-        known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
-        """
-        self.element.understood = True
-        for name, element in self.values.items():
-            if name not in known:
-                what = f"value of {self.element.tag} {show(self.type)} called"
-                context.other(element, what, name, [*known])
-            elif known[name] == "":
-                context.left_out[f"{name.replace('_', ' ')} of {self.type}"] = None
 
     def number(self, name: str, default: float) -> float:
         """A float or an integer."""

@@ -71,7 +71,7 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
     if plugin.type not in _SENSORS:
         context.without(plugin, [*_SENSORS], _OTHER_SENSORS)
         return None
-    plugin.check(_SENSORS[plugin.type], context)
+    context.check(plugin, _SENSORS[plugin.type])
     orthographic = plugin.type == "orthographic"
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
     width, height = table["width"], table["height"]
@@ -160,14 +160,14 @@ def _film(plugin: Plugin, context: Context) -> Table:
     film = _within(plugin, "film", _FILMS, context)
     if film is None:
         return found | {"filter": _FILTER}
-    film.check(_FILM, context)
+    context.check(film, _FILM)
     if (pixels := film.text("pixel_format", "rgb")).startswith("luminance"):
         context.left_out[f"pixel format {show(pixels)}"] = None
     found = {name: film.whole(name, found[name], 1) for name in found}
     kind = _within(film, "rfilter", _FILTERS, context)
     if kind is None:
         return found | {"filter": _FILTER}
-    kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context)
+    context.check(kind, dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""))
     kept = _FILTERS.get(kind.type, _FILTER)
     return found if kept == "box" else found | {"filter": kept}
 
@@ -177,7 +177,7 @@ def _samples(plugin: Plugin, context: Context) -> Table:
     if sampler is None:
         return {}
     same = dict.fromkeys(("seed", "jitter", "dimension", "scramble"), "-")
-    sampler.check({"sample_count": "x"} | same, context)
+    context.check(sampler, {"sample_count": "x"} | same)
     root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
     return {"spp": root * root}
 
@@ -197,7 +197,7 @@ def _depth(plugin: Plugin, context: Context) -> int | None:
         context.other(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
     known = _INTEGRATORS.get(plugin.type)
     if known is not None:
-        plugin.check(known, context)
+        context.check(plugin, known)
     if plugin.flag("hide_emitters", False):
         context.left_out["that emitters are hidden"] = None
     found = None
@@ -217,7 +217,7 @@ def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
     if plugin.type not in _EMITTERS:
         context.without(plugin, [*_EMITTERS], _OTHER_EMITTERS)
         return
-    plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context)
+    context.check(plugin, _EMITTERS[plugin.type] | {"sampling_weight": "-"})
     context.lend_spectra(plugin)
     if plugin.type in ("constant", "envmap") and "background" in scene:
         context.left_out["surroundings but the last"] = None
