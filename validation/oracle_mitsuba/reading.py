@@ -99,7 +99,8 @@ def _check_readable(sky: Path) -> None:
     picture.close()
     if name not in _READS or inks in _INKS:
         kind = f"{inks} JPEG" if inks in _INKS else name.upper()
-        raise Untranslated(f"a background that is a {kind}, which Mitsuba reads not; save it as EXR or PNG")
+        why = f"a background that is a {kind}, which Mitsuba does not read"
+        raise Untranslated(f"{why}; save it as EXR or PNG")
 
 
 def frozen(value: Any) -> Any:
