@@ -101,13 +101,28 @@ def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
     mapped = f'<bsdf type="normalmap">{picture.format("normalmap")}{bsdf}</bsdf>'
     for kind in ("obj", "ply", "obj"):
         for inner in (bsdf, mapped):
-            meshes = [f'<shape type="{kind}">{FILE.format(f"{name}.{kind}")}{inner}</shape>' for name in "ab"]
-            with pytest.warns(clrt.ClrtWarning, match=f"textures of '{kind}' where it has no uv$"):
-                scene = read(tmp_path, "".join(meshes))
-            bare, shown = (scene.material_of(shape) for shape in scene.shapes)
-            assert (bare.color, bare.normal_map) == (0.5, None)
+            files = [FILE.format(f"{name}.{kind}") for name in "aabb"]
+            meshes = [f'<shape type="{kind}">{file}{inner}</shape>' for file in files]
+            with pytest.warns(clrt.ClrtWarning, match="textures of 'm' where it has no uv$"):
+                shared = "".join(meshes).replace(inner, '<ref id="m"/>')
+                scene = read(tmp_path, f'<bsdf id="m"{inner[5:]}{shared}')
+            *bare, shown, other = (scene.material_of(shape) for shape in scene.shapes)
+            assert [(one.color, one.normal_map) for one in bare] == [(0.5, None)] * 2
             assert isinstance(shown.color, ImageTexture) and (shown.normal_map is None) == (inner == bsdf)
+            assert other == shown
+            with pytest.warns(clrt.ClrtWarning, match=f"textures of '{kind}' where it has no uv$"):
+                alone = read(tmp_path, meshes[0])
+            assert alone.material_of(alone.shapes[0]) == bare[0]
         (tmp_path / "a.obj").write_text(unused)  # the last time
+
+
+def test_a_picture_on_a_mesh_of_another_kind(tmp_path: Path) -> None:
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    (tmp_path / "a.dat").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    picture = '<texture type="bitmap" name="reflectance">' + FILE.format("a.png") + "</texture>"
+    shape = f'<shape type="obj">{FILE.format("a.dat")}<bsdf type="diffuse">{picture}</bsdf></shape>'
+    with pytest.raises(clrt.SceneError, match=r"a\.dat"):
+        read(tmp_path, shape)
 
 
 @pytest.mark.parametrize(("integrator", "sky", "bsdf", "named"), [

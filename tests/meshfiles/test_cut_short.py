@@ -38,6 +38,7 @@ def faces(folder: Path, suffix: str, text: str) -> int:
         (".ply", PLY, " 2 3 7\n", r"line 17: row 2 of 'face' has 2 of its 5 numbers"),
         (".ply", PLY, " 7\n", r"line 17: row 2 of 'face' has 4 of its 5 numbers"),
         (".ply", PLY, PLY[PLY.index("1 0 0\n"):], r"it ends in line 11: it has 1 of the 4 rows of 'vertex'"),
+        (".ply", PLY.replace("\n1 0 0", "\n\n1 0 0"), "3 1 2 3 7\n", r"it ends in line 17: it has 2 of"),
         (".stl", TWO, "endsolid two\n", r"it ends in line 17, and the solid of line 10 has no endsolid"),
         (".stl", TWO[: len(TWO) // 2], "endsolid one\n", r"it ends in line 8, and the solid of line 1 has"),
         (".stl", TWO, TWO[TWO.rindex("0 1 2"):], r"line 15: 'vertex': a corner is 'vertex x y z'"),

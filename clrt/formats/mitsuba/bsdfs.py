@@ -130,8 +130,6 @@ class Materials:
             self.context.check(plugin, _TO_UV | {"color0": "x", "color1": "x"})
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
             return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
-        if plugin.type in SPECTRA:
-            return color(plugin.element)
         self.context.without(plugin, ["bitmap", "checkerboard", *SPECTRA], _OTHER_TEXTURES)
         inner = self.context.first(plugin, "texture") if self.context.first_version else None
         return 0.5 if inner is None else self.texture(Plugin.of(inner))
