@@ -69,7 +69,7 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
         "shadow": "tinted" if passing else "opaque",
         "shapes": shapes,
     }
-    with notices.without("a surface makes light"):  # of coefficients that nobody stated here
+    with notices.without("diffuse + max("):  # of coefficients that nobody stated here
         scene = read_scene(tables, folder=path.parent, source=path.name, limits=limits)
     _tell(path, look, camera)
     return scene

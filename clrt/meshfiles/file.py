@@ -35,7 +35,8 @@ from clrt.meshfiles.obj.mtl import text_of
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
-from clrt.meshfiles.ply import PlyColors, header, newlined, plain_ply, textures
+from clrt.meshfiles.ply import PlyColors, edges, header, newlined, plain_ply, textures
+from clrt.meshfiles.plyuv import ODD, has_corners, of_vertices, taken_apart
 from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
@@ -136,11 +137,20 @@ def open_mesh(
 
     apart: those of an OBJ by material, with what those are; colours of vertices where a `picture` has them.
     """
+    placed = _opened(data, path, at, limits, primitives, apart)
+    return replace(placed, warn=lambda text: notices.warn(at.source, at.path, f"{path.name}: {text}"))
+
+
+def _opened(data: bytes, path: Path, at: At, limits: Limits, primitives: int, apart: bool) -> Placed:
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return _open_obj(data, path, at, limits, apart)
     if suffix not in (".glb", ".gltf"):
-        colors = PlyColors.of(data, apart) if suffix == ".ply" else None
+        colors = None
+        if suffix == ".ply":
+            colors = PlyColors.of(data, apart)
+            if edges(data):
+                notices.warn(at.source, at.path, f"{path.name}: its edges are left out")
         placed = _parse(_prepared(data, suffix), path, at, colors=colors)
         return spread(placed) if apart else placed
     contents: dict[Path, bytes] = {}
@@ -309,7 +319,10 @@ def _prepared(data: bytes, suffix: str) -> bytes:
 
 
 def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Part:
-    """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
+    """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look).
+
+    uv have v = 0 on top, which these formats have at the bottom.
+    """
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.
     given = "vertex_normals" in mesh._cache.cache
@@ -325,8 +338,16 @@ def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Par
     if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
     elements = mesh.metadata.get("_ply_raw", {})
+    uv = of_vertices(elements) if elements else _uv(mesh.visual, len(vertices))
+    if has_corners(elements) and len(faces):
+        apart = taken_apart(elements)
+        if apart is None:
+            outlines.left_over[ODD] = None
+        else:
+            old, uv, faces = apart
+            vertices, normals = vertices[old], None if normals is None else normals[old]
+    uv = None if uv is None else uv * (1.0, -1.0) + (0.0, 1.0)
     faces = outlines.ply(vertices, faces, elements)
-    uv = _uv(mesh.visual, len(vertices))
     corners: Callable[[], np.ndarray] | None = None
     if colors is None:
         colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
@@ -345,14 +366,14 @@ def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Par
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:
-    """The uv (n, 2) of a trimesh's vertices with v = 0 on top, which these formats have at the bottom."""
+    """The uv (n, 2) of a trimesh's vertices."""
     uv = getattr(visual, "uv", None)
     if uv is None:
         return None
     found = np.array(uv, np.float64)
     if found.shape != (vertices, 2):
         raise ValueError("uv must be 2 numbers for each vertex")
-    return found * (1.0, -1.0) + (0.0, 1.0)
+    return found
 
 
 def _check_lists(elements: dict[str, Any]) -> None:

@@ -201,17 +201,21 @@ def rows_of(elements: dict[str, Any]) -> np.ndarray:
     return np.concatenate([np.flatnonzero(sizes == 3), quads, quads, np.repeat(fans, sizes[fans] - 2)])
 
 
-def _sizes(elements: dict[str, Any]) -> np.ndarray:
-    """How many corners the faces of a PLY have, as trimesh read it."""
+def corners_of(elements: dict[str, Any]) -> Sequence[np.ndarray] | np.ndarray:
+    """The corners of the faces of a PLY, as trimesh read it."""
     rows = elements.get("face", {}).get("data")
     if isinstance(rows, dict):
-        lists = next((rows[name] for name in _LISTS if name in rows), ())
-    elif isinstance(rows, np.ndarray) and rows.dtype.names:
+        return next((rows[name] for name in _LISTS if name in rows), ())
+    if isinstance(rows, np.ndarray) and rows.dtype.names:
         names = rows.dtype.names
-        lists = rows[next((name for name in _LISTS if name in names), names[0])]["f1"]
-    else:
-        lists = ()
-    return np.array([len(corners) for corners in lists], np.int64)
+        lists: np.ndarray = rows[next((name for name in _LISTS if name in names), names[0])]["f1"]
+        return lists
+    return ()
+
+
+def _sizes(elements: dict[str, Any]) -> np.ndarray:
+    """How many corners they have."""
+    return np.array([len(corners) for corners in corners_of(elements)], np.int64)
 
 
 def _local(points: np.ndarray) -> np.ndarray:

@@ -50,7 +50,7 @@ class Placed:
     calls what stands there. `look` says what the materials of some numbers are (with each: whether what has
     it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
     `colors`: the number of the file's picture that its vertices' colours make. `textured`: whether the
-    material of a number may show pictures.
+    material of a number may show pictures. `warn`: what of it is read otherwise than it stands there.
     """
 
     parts: Sequence[Part]
@@ -63,6 +63,7 @@ class Placed:
     look: Callable[[Used, np.ndarray, float], Look] | None = None
     colors: int = 0
     textured: Callable[[int], bool] = lambda number: True
+    warn: Callable[[str], None] = lambda text: None
 
     @cached_property
     def groups(self) -> list[tuple[int, int, np.ndarray]]:
@@ -119,7 +120,7 @@ class Placed:
         order = np.argsort(self.which, kind="stable")
         bounds = np.searchsorted(self.which[order], np.arange(len(self.parts) + 1))
         for number, part in enumerate(self.parts):
-            points, triangles, directions, flat = _prepared(part.read(), own, smooth)
+            points, triangles, directions, flat = _prepared(part.read(), own, smooth, self.warn)
             step = max(1, _BLOCK // max(len(points), len(triangles)))
             for start in range(bounds[number], bounds[number + 1], step):
                 places = order[start : min(start + step, bounds[number + 1])]
@@ -165,14 +166,24 @@ def _vertices(part: Part, own: bool, smooth: bool | None) -> int:
     return 3 * part.faces if own and not part.normals and not smooth else part.vertices
 
 
-def _prepared(arrays: Arrays, own: bool, smooth: bool | None) -> Arrays:
+def _prepared(arrays: Arrays, own: bool, smooth: bool | None, warn: Callable[[str], None]) -> Arrays:
     """Arrays with normals if the file's own count, and none are there.
 
-    These are smooth ones, or each triangle's own on corners of its own.
+    These are smooth ones, or each triangle's own on corners of its own. Smooth ones take the place of those
+    that have no direction, which programs write that made none, or failed to.
     """
     vertices, faces, normals, uv = arrays
-    if not own or normals is not None:
+    if not own:
         return arrays
+    if normals is not None:
+        length = np.linalg.norm(normals, axis=1)
+        lost = np.zeros(len(vertices), bool)
+        lost[faces] = ~((length > 0) & (length < np.inf))[faces]
+        if lost.any():
+            text = "of its normals have no direction; those of the triangles there take their place"
+            warn(f"{lost.sum()} {text}")
+            normals = np.where(lost[:, None], smooth_normals(vertices, faces), normals)
+        return vertices, faces, normals, uv
     if smooth:
         return vertices, faces, smooth_normals(vertices, faces), uv
     corners = faces.reshape(-1)

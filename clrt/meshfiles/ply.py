@@ -1,5 +1,4 @@
-"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone, and
-uv not by all of theirs.
+"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone.
 
 It keeps the low byte of each, so the numbers of colours are taken from what it read, by their declared type.
 """
@@ -21,13 +20,12 @@ from clrt.images.file import decode, uncurved
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.outlines import rows_of
 from clrt.meshfiles.plylists import as_text
+from clrt.meshfiles.plyuv import hidden
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
 _PLACE: Final = (b"x", b"y", b"z")
-_UV: Final = (b"texture_u", b"texture_v")
 _OTHER_PLACES: Final = ((b"X", b"Y", b"Z"),)
-_OTHER_UV: Final = ((b"texture_s", b"texture_t"), (b"u", b"v"), (b"s", b"t"))
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _WHOLE: Final = rb"u?(?:char|short|int)(?:8|16|32)?"
 _WHOLES: Final = re.compile(
@@ -35,6 +33,12 @@ _WHOLES: Final = re.compile(
 )
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
+_EDGES: Final = re.compile(rb"\A(element[ \t]+)edge(?=[ \t])")  # of which trimesh makes a graph, at any price
+_SOME_EDGES: Final = re.compile(rb"\nelement[ \t]+edge[ \t]+0*[1-9]")
+_LIST: Final = re.compile(
+    rb"(\nproperty[ \t]+list[ \t]+\w+[ \t]+\w+[ \t]+)([^ \t\r\n]+)(?=[ \t]*\r?(?:\n|\Z))"
+)
+_CORNERS: Final = (b"vertex_indices", b"vertex_index")
 _END: Final = b"end_header"
 _OLD: Final = re.compile(rb"(\xef\xbb\xbf)?ply[ \t]*\r(?!\n)")  # lines that end as on old Macintoshes
 _HEADER: Final = 1 << 20  # bytes within which a header ends
@@ -56,7 +60,7 @@ def newlined(data: bytes) -> bytes:
 
 
 def plain_ply(data: bytes) -> bytes:
-    """The file's data with the usual names of places, colours and uv in its header, where they have others.
+    """The file's data with the usual names of places, colours and corners in its header, and uv of ours.
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
@@ -64,11 +68,13 @@ def plain_ply(data: bytes) -> bytes:
     head = header(data)
     if not head:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
+    body, head = data[len(head) :], _in_order(head)
+    data = head + body
     start = data.find(b"\n", len(head)) + 1 or len(data)
     spelt = as_text(data, start)
     if spelt is not None:
         return plain_ply(spelt)
-    elements = [*map(_named, _ELEMENT.split(head))]
+    elements = [hidden(_named(_EDGES.sub(rb"\1clrt_edge", part))) for part in _ELEMENT.split(head)]
     _check_places(elements)
     text = b"ascii" in b"".join(head.split(b"\n", 2)[1:2]).lower()
     declared = _Declared.of(head)
@@ -82,6 +88,11 @@ def plain_ply(data: bytes) -> bytes:
         return b"".join(map(_widened, elements)) + "\n".join(rows).encode("utf-8", "surrogateescape")
     plain = b"".join(elements)
     return data if plain == head else plain + data[len(head) :]
+
+
+def edges(data: bytes) -> bool:
+    """Whether a file has edges, which are not shown."""
+    return _SOME_EDGES.search(header(data)) is not None
 
 
 def has_colors(data: bytes) -> bool:
@@ -254,11 +265,22 @@ def _types(data: bytes) -> dict[str, tuple[str, ...]]:
     return found
 
 
+def _in_order(head: bytes) -> bytes:
+    """The header with its format in the second line, where trimesh looks for it, and without empty lines."""
+    first, *lines = head.split(b"\n")
+    kept = [line for line in lines[:-1] if line.strip()]
+    kept.sort(key=lambda line: line.split()[0] != b"format")
+    return b"\n".join([first, *kept, lines[-1]]) if lines else head
+
+
 def _named(element: bytes) -> bytes:
-    """An element of the header with the usual names of places, colours and uv, unless they are there, too."""
+    """An element of the header with the usual names of places, colours and corners, where it has others."""
+    lists = [name for _, name in _LIST.findall(element)]
+    if element.split(None, 2)[1:2] == [b"face"] and len(lists) == 1 and lists[0] not in _CORNERS:
+        element = _LIST.sub(lambda match: match[1] + _CORNERS[0], element)
     there = {name for *_, name in _PROPERTY.findall(element)}
     usual: dict[bytes, bytes] = {}
-    for wanted, others in ((_PLACE, _OTHER_PLACES), (_COLORS, _OTHERS), (_UV, _OTHER_UV)):
+    for wanted, others in ((_PLACE, _OTHER_PLACES), (_COLORS, _OTHERS)):
         found = next((names for names in others if there.issuperset(names)), None)
         if found is not None and there.isdisjoint(wanted):
             usual |= zip(found, wanted, strict=True)

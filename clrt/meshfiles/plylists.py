@@ -19,7 +19,7 @@ _CODES: Final = {
 }  # fmt: skip
 _FORMAT: Final = re.compile(rb"(?<=\n)format[ \t]+binary_(little|big)_endian[ \t]+([0-9.]+)(?=[ \t]*\r?\n)")
 _LIST: Final = re.compile(rb"\n(property[ \t]+list[ \t][^\r\n]*?(\w+))(?=[ \t]*\r?\n)")
-_FACES: Final = ("vertex_indices", "vertex_index")
+_KEPT: Final = ("vertex_indices", "vertex_index", "texcoord")
 _FREE: Final = 1 << 18  # rows and values, each of which takes up to 190 bytes; and one for two bytes besides
 _Part = tuple[Struct, str, bool]
 """What unpacks numbers; the code of a list whose length it unpacks, "" of plain numbers; is it kept."""
@@ -45,8 +45,8 @@ def as_text(data: bytes, start: int) -> bytes | None:
     except error:
         raise BrokenMesh("it is shorter than its header declares; it may be cut short") from None
     head = data[: found.start()] + b"format ascii " + found[2] + data[found.end() : start]
-    # of a text trimesh knows one list of each row
-    head = _LIST.sub(lambda row: row[0] if row[2].decode() in _FACES else b"", head)
+    # others are of no use, and trimesh would read them
+    head = _LIST.sub(lambda row: row[0] if row[2].decode() in _KEPT else b"", head)
     return head + "\n".join([*rows, ""]).encode()
 
 
@@ -60,7 +60,7 @@ def _elements(head: str, order: str) -> Iterator[_Element]:
             values += words[:1] == ["property"]
             if words[:2] == ["property", "list"]:
                 parts += [(Struct(order + plain), "", True)] if plain else []
-                parts.append((Struct(order + _CODES[words[2]]), _CODES[words[3]], words[4] in _FACES))
+                parts.append((Struct(order + _CODES[words[2]]), _CODES[words[3]], words[4] in _KEPT))
                 plain = ""
             elif words[:1] == ["property"]:
                 plain += _CODES[words[1]]

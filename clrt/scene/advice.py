@@ -135,7 +135,7 @@ def _too_bright(scene: Scene) -> tuple[str, str] | None:
         if (key if isinstance(key, str) else place.name) not in _RETURNED:
             continue
         most = _peak(value)
-        if most > 1:
+        if most > 1 + 1e-6:
             hint = f"; {_BYTES}" if _in_bytes(value) else ""
             return _at(place, key).path, f"a reflectance of {most:.4g}; above 1 a surface makes light{hint}"
     return None

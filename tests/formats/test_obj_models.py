@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 import warnings
 from pathlib import Path
 from typing import Any
@@ -216,6 +217,30 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     with pytest.warns(clrt.ClrtWarning, match="counterpart: .*textures of 'm' where it has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures and (plain.emission in (0, (0, 0, 0)) or "illum 0" in line)
+
+
+def test_many_options_of_a_map_cost_time_by_their_number(tmp_path: Path) -> None:
+    took = []
+    for count in (50_000, 200_000):
+        began = time.process_time()
+        with pytest.warns(clrt.ClrtWarning, match="a picture without a name"):
+            load(tmp_path, f"newmtl m\nmap_Kd {'-blendu on ' * count}\n", WITH_UV)
+        took.append(time.process_time() - began)
+    assert took[1] <= 6 * took[0]
+
+
+def test_colours_in_bytes_are_told_of(tmp_path: Path) -> None:
+    """A scene file gets the same word."""
+    with pytest.warns(clrt.ClrtWarning, match=r"m\.color: a reflectance of 255; .* from 0 to 255\?"):
+        load(tmp_path, "newmtl m\nKd 255 128 0\n", WITH_UV)
+
+
+@pytest.mark.parametrize("more", ["Pr 0.5", "illum 7", "illum 6\nd 0.5"])
+def test_an_index_of_0_is_none(tmp_path: Path, more: str) -> None:
+    """Some write it where they know of none."""
+    with pytest.warns(clrt.ClrtWarning, match=r"an index of refraction \(Ni\) of 0$"):
+        found = load(tmp_path, f"newmtl m\nNi 0\n{more}\n", WITH_UV).materials["m"]
+    assert found == load(tmp_path, f"newmtl m\n{more}\n", WITH_UV).materials["m"]
 
 
 def test_glass_is_smooth_and_its_roughness_named(tmp_path: Path) -> None:

@@ -94,6 +94,33 @@ def test_a_mesh_keeps_normals_of_some_of_its_faces(tmp_path: Path, faces: str) -
     assert isinstance(shape, Mesh) and shape.data().normals is not None
 
 
+@pytest.mark.parametrize("word", ["1.#IND", "-1.#IND00", "1.#QNAN0", "-1.#INF", "1.#inf00", "1.#SNAN"])
+def test_microsofts_numbers_that_are_none(tmp_path: Path, word: str) -> None:
+    """In them `#` begins no comment: 3ds Max and others wrote them for normals that could not be made."""
+    (tmp_path / "a.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 {word}\nf 1 2 3\n")
+    with pytest.raises(clrt.SceneError, match=r"vertices\[2\]: .* is not allowed; vertices must be finite"):
+        clrt.load(tmp_path / "a.obj")
+    (tmp_path / "a.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 {word}\nf 1/1 2/1 3/1\n")
+    with pytest.raises(clrt.SceneError, match=r"uv\[\d\]: .* is not allowed; uv must be finite"):
+        clrt.load(tmp_path / "a.obj")
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0#first\nvn 1 0 0 # x\n"
+    (tmp_path / "a.obj").write_text(f"{corners}vn {word} {word} {word}\nf 1//1 2//1 3//2\n")
+    with pytest.warns(clrt.ClrtWarning, match="1 of its normals have no direction; those of the triangles"):
+        (shape,) = clrt.load(tmp_path / "a.obj").shapes
+    assert isinstance(shape, Mesh)
+    assert sorted(map(tuple, shape.data().normals)) == [(0, 0, 1), (1, 0, 0), (1, 0, 0)]
+
+
+def test_faces_of_the_old_kind_are_faces(tmp_path: Path) -> None:
+    found = []
+    for word in ("f", "fo"):
+        (tmp_path / "a.obj").write_text(f"{MESH}f 1 2 3\n{word} 1 3 -1\nf 1 2 4\n")
+        (shape,) = clrt.load(tmp_path / "a.obj").shapes
+        assert isinstance(shape, Mesh)
+        found.append(np.asarray(shape.data().faces))
+    assert len(found[0]) == 3 and np.array_equal(*found)
+
+
 def test_textures_stay_where_there_are_uv(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text(LIBRARY)
     (tmp_path / "a.png").write_bytes(PICTURE)
@@ -121,7 +148,7 @@ def test_faces_whose_corners_differ_keep_what_all_have() -> None:
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("l 1 2 3", "lines"), ("p 1", "points"), ("fo 1 2 3", "faces of the old kind 'fo'"),
+        ("l 1 2 3", "lines"), ("p 1", "points"),
         ("cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nend", "free-form surfaces"), ("\tl 1 2", "lines"),
         ("f 1 2", "faces of fewer than 3 corners"),
     ],

@@ -20,18 +20,19 @@ _ODD: Final = re.compile(
     rb"^[ \t]++[a-z]"  # indented
     rb"|^[a-z]++\t"  # a tab behind the keyword
     rb"|^[a-z][^\n#]*+#"  # a comment behind
+    rb"|^fo[ \t]"  # a face, as OBJ once spelt it
     rb"|^f[^\n]*?[ \t/][-+0]"  # a number that counts back, or is none
     rb"|\r(?!\n)"
     rb"|\\\r?\n",  # a line that goes on in the next
     re.MULTILINE,
 )
+_COMMENT: Final = re.compile(rb"#(?!(?<=[0-9]\.#)(?i:ind|inf|qnan|snan))")  # not in 1.#IND, Microsoft's NaN
 _FREE: Final = re.compile(rb"[^#]*#|[ \t]*(?:usemtl|mtllib|[og])[ \t]")  # lines that say what they like
 _LEAST: Final = {b"v": 3, b"vt": 1, b"vn": 3, b"f": 3}  # words behind them
 _COUNTED: Final = (b"v", b"vt", b"vn")
 _NAMES: Final = (b"usemtl", b"newmtl", b"mtllib", b"norm", b"o", b"g")  # keywords that a name follows
 _UNREAD: Final = {
     b"l": "lines", b"p": "points", b"curv": "curves", b"surf": "free-form surfaces",
-    b"fo": "faces of the old kind 'fo'",
 }  # fmt: skip
 # of the form of the key a line that is no face of it; a search begins with bytes, which takes far less time
 _OTHERS: Final = {
@@ -59,6 +60,7 @@ def plain_obj(data: bytes) -> bytes:
     for _, words in _numbered(data):
         if words[0] in counts:
             counts[words[0]] += 1
+            words[1:] = [b"nan" if b"#" in word else word for word in words[1:]]
         elif words[0] == b"f":
             words[1:] = [_from_start(corner, counts) for corner in words[1:]]
         elif words[0] in _NAMES:  # to trimesh such a line, too, would go on
@@ -69,7 +71,7 @@ def plain_obj(data: bytes) -> bytes:
 
 def words_of(line: bytes) -> list[bytes]:
     """The words of a line before its comment. In names `#25` is a word, as of 3ds Max, and `# 25` none."""
-    words = line.partition(b"#")[0].split()
+    words = _COMMENT.split(line, maxsplit=1)[0].split()
     key = words[0].lower() if words else b""
     if key in _NAMES or key.startswith(b"map_"):
         words = line.split()
@@ -79,7 +81,8 @@ def words_of(line: bytes) -> list[bytes]:
 
 def _check_end(data: bytes) -> None:
     """Raise BrokenMesh for a last line without an end that is none: what follows is missing."""
-    words = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :].partition(b"#")[0].split()
+    last = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :]
+    words = _COMMENT.split(last, maxsplit=1)[0].split()
     least = _LEAST.get(words[0]) if words else None
     if least is None:
         return
@@ -121,6 +124,7 @@ def _numbered(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
         parts.append(line[:-1] if goes_on else line)
         if not goes_on:
             words = words_of(b" ".join(parts))
+            words[:1] = [b"f"] if words[:1] == [b"fo"] else words[:1]
             if words:
                 yield number - len(parts) + 1, words
             parts.clear()

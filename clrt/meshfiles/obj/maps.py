@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -26,10 +27,10 @@ def texture(words: list[str], left_out: dict[str, None], normals: bool = False) 
     v = 0 is at the bottom there, on top here: `1 - (s (1 - v) + o) = s v + (1 - s - o)`. What of the options
     has no counterpart goes to `left_out`. `normals`: of `norm`, whose `-bm` is its `strength`.
     """
-    left, wrap, strength, gain = list(words), "repeat", 1.0, 1.0
+    left, wrap, strength, gain = deque(words), "repeat", 1.0, 1.0
     places = {"-s": (1.0, 1.0), "-o": (0.0, 0.0)}
     while left and left[0].startswith("-"):
-        option = left.pop(0).lower()
+        option = left.popleft().lower()
         if option in _PLACES:
             numbers = _numbers(left)
             if option == _TURBULENCE:
@@ -37,16 +38,16 @@ def texture(words: list[str], left_out: dict[str, None], normals: bool = False) 
             else:
                 places[option] = numbers[0], numbers[1] if len(numbers) > 1 else places[option][1]
         elif option == "-clamp":
-            wrap = "clamp" if left.pop(0).lower() == "on" else "repeat"
+            wrap = "clamp" if left.popleft().lower() == "on" else "repeat"
         elif option in _ONE:
-            left.pop(0)
+            left.popleft()
         elif option in _NAMED:
-            if left.pop(0).lower() != "off":
+            if left.popleft().lower() != "off":
                 left_out[f"{_NAMED[option]} of textures ({option})"] = None
         elif option == "-bm":
-            strength = finite(left.pop(0))
+            strength = finite(left.popleft())
         elif option == "-mm":
-            base, gain = finite(left.pop(0)), finite(left.pop(0))
+            base, gain = finite(left.popleft()), finite(left.popleft())
             if base != 0 or gain < 0 or (normals and gain != 1):
                 left_out["the range of textures (-mm)"], gain = None, 1.0
         else:
@@ -84,13 +85,13 @@ def finite(word: str) -> float:
     return value
 
 
-def _numbers(left: list[str]) -> list[float]:
+def _numbers(left: deque[str]) -> list[float]:
     """The up to three numbers that come first, taken away; ValueError where there is none."""
-    found = [finite(left.pop(0))]
+    found = [finite(left.popleft())]
     while left and len(found) < 3:
         try:
             found.append(finite(left[0]))
         except ValueError:
             break
-        left.pop(0)
+        left.popleft()
     return found

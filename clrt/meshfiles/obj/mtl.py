@@ -219,6 +219,8 @@ def _say(material: Phong, key: str, words: list[str]) -> None:
             material.left_out[f"{words[0]} colours"] = None
         else:
             setattr(material, key, _rgb(words))
+    elif key == "ni" and _number(words[0]) == 0:  # as written where nothing is known of it
+        material.left_out["an index of refraction (Ni) of 0"] = None
     elif key in ("ns", "ni", "pr", "pm"):
         setattr(material, key, _number(words[0]))
     elif key == "d":
