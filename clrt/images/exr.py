@@ -7,9 +7,10 @@ before it: 1 MB of short attributes took 32 s, 4 MB of channels 25 s.
 from __future__ import annotations
 
 import mmap
+import struct
 from typing import BinaryIO, Final
 
-from clrt.base.errors import SceneError
+from clrt.base.errors import SceneError, show
 
 MOST_ATTRIBUTES: Final = 1024
 """Of a part; renderers write a few hundred, with a manifest of mattes and what the scene was."""
@@ -20,6 +21,7 @@ _BEGINS: Final = 8  # where the first header does, after the magic and the versi
 _MANY_PARTS: Final = 0x10  # bit of the version's second byte
 _LONGEST: Final = 255  # bytes of a name
 _CHANNEL: Final = 16  # bytes of a channel after its name
+_SAMPLING: Final = 8  # bytes of it before how many pixels have a sample, across and down
 _CHANNELS: Final = b"chlist"  # the type of a list of channels, whatever attribute has it
 
 
@@ -65,6 +67,11 @@ def _check_channels(data: mmap.mmap, place: int, ends: int, name: str) -> None:
         begins, place = place, _after_text(data, place)
         if place == begins + 1 or place >= ends:  # the library says what is wrong with one that is cut short
             return
+        sampling = struct.unpack_from("<2i", data, place + _SAMPLING) if place + _CHANNEL <= ends else (1, 1)
+        if sampling != (1, 1):  # which the library refuses, and forgets that it did
+            called = show(data[begins : place - 1].decode("latin-1"))
+            text = f"its channel {called} has a sample for {sampling[0]} x {sampling[1]} pixels; save it with"
+            raise SceneError(f"{name}: {text} one for each")
         place += _CHANNEL
     raise SceneError(f"{name}: has more than {MOST_CHANNELS} channels in a part; save it with fewer")
 

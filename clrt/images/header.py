@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final
 import numpy as np
 
 from clrt.base.errors import SceneError, show
-from clrt.images import bmp, png, tiff
+from clrt.images import bmp, icc, png, tiff
 from clrt.images.tiff import MEANING, MOST_PARTS, REC709, SAMPLES_A_PIXEL, first_values
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ _NEAR: Final = 0.03  # of a chromaticity: Radiance's own primaries, with the whi
 _SRGB: Final = re.compile(r"(?i)srgb_rec709|srgb(_tx|_texture)?$|g22_rec709|gamma2\.2")  # 2.2: sRGB to 0.01
 _LINEAR: Final = re.compile(r"(?i)lin_rec709|lin_srgb|linear|scene_linear")
 _SRGB_PROFILE: Final = re.compile(r"(?i)srgb|^c2$|gray gamma 2\.2|sgray")  # c2: a short sRGB of the web
+_REC709_PROFILE: Final = re.compile(r"(?i)srgb|rec\W?709|bt\W?709|sgray|linear gr[ae]y")
 _RADIANCE: Final = re.compile(rb"^(EXPOSURE|COLORCORR|GAMMA|PRIMARIES)[ \t]*=[ \t]*([^\r\n]*)", re.MULTILINE)
 _AXES: Final = re.compile(rb"([+-][XY])[ \t]+\d+[ \t]+([+-][XY])")
 # what a row and a step within it lead along, from orientation 1 on; the Y of Radiance points up
@@ -186,15 +187,22 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO, reader: str, page: int
     """
     integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
     how = "they are read as sRGB" if integer else "they are read as linear Rec.709"
-    profile = _text(spec, "ICCProfile:profile_description")
-    if spec.getattribute("ICCProfile") is not None and not _SRGB_PROFILE.search(profile):
-        return f"its colours are those of the profile {show(profile)}; {how}"
+    profile = spec.getattribute("ICCProfile")
+    if profile is not None:
+        called = _text(spec, "ICCProfile:profile_description")
+        # many are called after sRGB and have only its primaries
+        linear = icc.is_linear(np.asarray(profile, np.uint8).tobytes())
+        if not (_SRGB_PROFILE if integer else _REC709_PROFILE).search(called):
+            return f"its colours are those of the profile {show(called)}; {how}"
+        if linear if integer else not linear:
+            curve = "linear" if linear else "curved"
+            return f"its colours are those of the profile {show(called)}, {curve} ones; {how}"
     space = _text(spec, "oiio:ColorSpace")
     if space and not (_SRGB if integer else _LINEAR).match(space):
         return f"its colours are declared as {show(space)}; {how}"
     if reader == "bmp" and bmp.has_profile(file):
         return f"its colours are those of a profile; {how}"
-    if spec.getattribute("ICCProfile") is not None:  # that of sRGB, and it counts
+    if profile is not None:  # it counts
         return ""
     if spec.get_int_attribute(_EXIF, _EXIF_SRGB) != _EXIF_SRGB:  # of Adobe RGB cameras say no more
         return f"its colours are not sRGB, as its Exif says; {how}"
@@ -205,6 +213,8 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO, reader: str, page: int
         numbers = _numbers(primaries)
         told = show(primaries) if numbers is None else ", ".join(f"{value:.4g}" for value in numbers[:9])
         return f"its primaries are {told}; {how}"
+    if _text(spec, "textureformat") == "CubeFace Environment":
+        return "its header says that it is the six faces of a cube, of which no account is taken"
     for key, value in _radiance(file):
         said = f"{key}={value.decode('latin-1')}"
         return f"its header says {show(said)}, of which no account is taken"

@@ -93,6 +93,38 @@ def exif(orientation: int) -> bytes:
     return b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0" + bytes([orientation]) + bytes(6)
 
 
+def chlist(name: bytes, *sampling: int) -> bytes:
+    """A float channel of an EXR's list."""
+    return name + b"\0" + struct.pack("<i4x2i", 2, *sampling)
+
+
+@pytest.mark.parametrize(("name", "across", "down"), [("RY", 2, 2), ("Z", 1, 2), ("B", 3, 1), ("G", 0, 1)])
+def test_channels_of_fewer_samples_are_named(tmp_path: Path, name: str, across: int, down: int) -> None:
+    """OpenImageIO refuses them, and forgets why."""
+    path = exr(tmp_path / "a.exr", [(f"R,{name},X", LINEAR)])
+    whole, old = path.read_bytes(), chlist(name.encode(), 1, 1)
+    assert whole.count(old) == 1
+    path.write_bytes(whole.replace(old, chlist(name.encode(), across, down)))
+    with pytest.raises(SceneError, match=rf"its channel '{name}' has a sample for {across} x {down} pixels"):
+        read_image(path)
+
+
+def test_a_cube_is_told_of(tmp_path: Path) -> None:
+    """As programs write it; OpenImageIO alone does not, and so as a number of the same length first."""
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(4, 24, 3, "float")
+    spec.attribute("envmap", 1)
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec) and output.write_image(np.zeros((24, 4, 3), np.float32))
+    assert output.close()
+    read_image(path)
+    old, cube = b"envmap\0int\0" + struct.pack("<2i", 4, 1), b"envmap\0envmap\0" + struct.pack("<iB", 1, 1)
+    assert path.read_bytes().count(old) == 1 and len(old) == len(cube)
+    path.write_bytes(path.read_bytes().replace(old, cube))
+    with pytest.warns(ClrtWarning, match="its header says that it is the six faces of a cube"):
+        read_image(path)
+
+
 @pytest.mark.parametrize("orientation", list(UPRIGHT))
 def test_pictures_are_turned_as_they_say(tmp_path: Path, orientation: int) -> None:
     expected = decode_by_hand(UPRIGHT[orientation](STORED))
