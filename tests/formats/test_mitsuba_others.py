@@ -314,3 +314,28 @@ def test_highlights_of_rough_metals_have_their_colour(
     bitmap = f'<texture type="bitmap" name="specular_reflectance">{FILE.format("a.png")}</texture>'
     picture = highlight(bitmap)
     assert isinstance(picture, ImageTexture) and picture.tint == pytest.approx(plain)
+
+
+def test_words_of_any_case(tmp_path: Path) -> None:
+    """Mitsuba does not tell them apart."""
+    for word in ("BK7", "Bk7", "bk7"):
+        found = material(tmp_path, f'<bsdf type="dielectric"><string name="int_ior" value="{word}"/></bsdf>')
+        assert found["ior"] == 1.5046
+    for word in ("Y", "y"):
+        axis = f'<float name="fov" value="40"/><string name="fov_axis" value="{word}"/>'
+        sensor = f'<sensor type="perspective">{axis}</sensor>'
+        assert table(tmp_path, sensor)["camera"]["fov_axis"] == "vertical"
+    film = '<film type="hdrfilm"><string name="pixel_format" value="Luminance"/></film>'
+    assert "pixel format" in lost(tmp_path, f'<sensor type="perspective">{film}</sensor>')
+    with pytest.raises(clrt.SceneError, match="fov axis"):
+        read(tmp_path, '<sensor type="perspective"><string name="fov_axis" value="w"/></sensor>')
+
+
+def test_diffuse_reflectance_of_the_first_version(tmp_path: Path) -> None:
+    color = '<rgb name="{}" value="0.5 0.3 0.2"/>'
+    ball = BALL.format(f'<bsdf type="diffuse">{color.format("diffuseReflectance")}</bsdf>')
+    found = read(tmp_path, ball, "0.5.0")
+    assert found.material_of(found.shapes[0]).color == (0.5, 0.3, 0.2)
+    plain = BALL.format(f'<bsdf type="diffuse">{color.format("reflectance")}</bsdf>')
+    found = read(tmp_path, plain, "0.5.0")
+    assert found.material_of(found.shapes[0]).color == (0.5, 0.3, 0.2)

@@ -10,15 +10,15 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.base.errors import fault, show
+from clrt.formats.mitsuba.blends import blended, rgb
 from clrt.formats.mitsuba.file import Context
 from clrt.formats.mitsuba.spectra import SPECTRA
 from clrt.formats.mitsuba.values import Array, Plugin, color, moved
 from clrt.formats.xml_tree import Element, unknown
-from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
+from clrt.meshfiles.facets import Facets, fresnel_of
 from clrt.meshfiles.look import placement_of
-from clrt.spectra.bands import conductor, reflectance
+from clrt.spectra.bands import conductor
 from clrt.spectra.curves import normal_reflectance
-from clrt.spectra.spectrum import Spectrum
 
 Table = dict[str, Any]
 IOR: Final = {
@@ -43,18 +43,11 @@ _PRINCIPLED: Final = dict.fromkeys(
     ("base_color", "roughness", "metallic", "spec_trans", "eta", "specular"), "x"
 ) | dict.fromkeys(
     ("anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss",
-     "diff_trans"), "",
+     "diff_trans"), "0",
 ) | dict.fromkeys(
     ("main_specular_sampling_rate", "clearcoat_sampling_rate", "diffuse_reflectance_sampling_rate",
      "specular_reflectance_sampling_rate"), "-",
 )  # fmt: skip
-_GROUPS: Final = {
-    "diffuse": ("color",),
-    "specular": ("highlight_color", "shininess"),
-    "reflection": ("reflection_color", "roughness", "conductor"),
-    "transmission": ("transmission_color", "ior", "thin", "fresnel"),
-}
-"""A material's coefficients, and what each of them goes with."""
 
 
 @dataclass(eq=False)
@@ -184,17 +177,7 @@ def _unpatterned(color: Any, context: Context) -> Any:
 
 def mean(checker: Table) -> list[float]:
     """The colour that a checker is from afar."""
-    return [float(part) for part in np.mean([_rgb(one) for one in checker["colors"]], axis=0)]
-
-
-def _rgb(color: Any) -> Rgb:
-    """A plain colour in three numbers; of a curve what it looks like under D65."""
-    if isinstance(color, float):
-        return (color,) * 3
-    if isinstance(color[0], list):
-        color = reflectance(Spectrum(samples=tuple((nm, part) for nm, part in color)), None).tolist()
-    red, green, blue = color
-    return red, green, blue
+    return [float(part) for part in np.mean([rgb(one) for one in checker["colors"]], axis=0)]
 
 
 def ior(plugin: Plugin, name: str, default: str) -> float:
@@ -204,9 +187,10 @@ def ior(plugin: Plugin, name: str, default: str) -> float:
         return IOR[default]
     if element.tag != "string":
         return _index(plugin, name, 0.0)
-    if element.get("value") not in IOR:
+    called = element.get("value").lower()
+    if called not in IOR:
         raise unknown(element, "index of refraction called", element.get("value"), [*IOR])
-    return IOR[element.get("value")]
+    return IOR[called]
 
 
 def _index(plugin: Plugin, name: str, default: float) -> float:
@@ -231,8 +215,11 @@ def _alpha_of(plugin: Plugin, materials: Materials) -> float:
 
 
 def _diffuse(plugin: Plugin, materials: Materials) -> Table:
-    materials.context.check(plugin, {"reflectance": "color"})
-    return {"color": materials.color(plugin, "reflectance", 0.5), "diffuse": 1.0}
+    name = "reflectance"
+    if materials.context.first_version and materials.has(plugin, "diffuse_reflectance"):
+        name = "diffuse_reflectance"  # as it was called there, too
+    materials.context.check(plugin, {name: "color"})
+    return {"color": materials.color(plugin, name, 0.5), "diffuse": 1.0}
 
 
 def _conductor(plugin: Plugin, materials: Materials) -> Table:
@@ -261,28 +248,19 @@ def _highlight(tint: Any, metal: str | None) -> Any:
     own = normal_reflectance(*conductor(metal, None))
     if isinstance(tint, dict):
         return tint | {"tint": own.tolist()}
-    return (own * _rgb(tint)).tolist()
-
-
-def _surroundings(plugin: Plugin, materials: Materials) -> None:
-    """Keep the index around a glass: a scene has one."""
-    outside, context = ior(plugin, "ext_ior", "air"), materials.context
-    outside = 1.0 if outside == IOR["air"] else outside
-    if context.ior is None:
-        context.ior = outside
-    elif context.ior != outside:
-        context.left_out["more than one ext_ior"] = None
+    return (own * rgb(tint)).tolist()
 
 
 def _dielectric(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughdielectric"
     materials.context.check(plugin, _DIELECTRIC | (_ALPHA if rough else {}))
-    _surroundings(plugin, materials)
+    outside = ior(plugin, "ext_ior", "air")
     if rough:
         materials.context.left_out["the roughness of glass"] = None
     thin = {"thin": True} if plugin.type == "thindielectric" else {}
     return {
         "diffuse": 0.0, "fresnel": True, "ior": ior(plugin, "int_ior", "bk7"),
+        "ext_ior": 1.0 if outside == IOR["air"] else outside,
         "reflection": 1.0, "reflection_color": materials.tint(plugin, "specular_reflectance", 1.0),
         "transmission": 1.0, "transmission_color": materials.tint(plugin, "specular_transmittance", 1.0),
     } | thin  # fmt: skip
@@ -312,7 +290,7 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
     color = materials.tint(plugin, "base_color", 0.5)
     picture = color if isinstance(color, dict) else None
     specular = 2 / (1 - math.sqrt(0.08 * min(max(plugin.number("specular", 0.5), 0.0), 1.0))) - 1
-    base = (1.0, 1.0, 1.0) if picture is not None else _rgb(color)
+    base = (1.0, 1.0, 1.0) if picture is not None else rgb(color)
     red, green, blue = (math.sqrt(max(part, 0.0)) for part in base)  # light crosses a body's surface twice
     found = Facets(
         base=base, picture=picture, metallic=shares[0], roughness=shares[1], transmission=shares[2],
@@ -352,35 +330,15 @@ def _normal_map(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _blend(plugin: Plugin, materials: Materials) -> Table:
-    """The sum of two: each coefficient of theirs, with what goes with it."""
+    """The sum of two."""
     context = materials.context
     context.check(plugin, {"weight": "x"})
     first, second = materials.inner(plugin, 2)
     weight = plugin.number("weight", 0.5)
     if context.called(plugin, "weight") is not None:
         context.left_out["textures of a blend"] = None
-    table: Table = {key: one[key] for one in (second, first) for key in ("normal_map",) if key in one}
-    if first.get("normal_map") != second.get("normal_map"):
-        context.left_out["that only a part of a blendbsdf has the normal map"] = None
-    table["diffuse"] = 0.0
-    shares = min(max(1 - weight, 0.0), 1.0), min(max(weight, 0.0), 1.0)
-    for group, keys in _GROUPS.items():
-        both = zip(shares, (first, second), strict=True)
-        parts = [(share * one[group], one) for share, one in both if share * one.get(group, 0.0) > 0]
-        if not parts:
-            continue
-        strength, one = max(parts, key=lambda part: part[0])
-        table |= {group: strength} | {key: one[key] for key in keys if key in one}
-        if len(parts) == 2:
-            if group != "diffuse" or any(isinstance(part["color"], dict) for _, part in parts):
-                context.left_out[f"the weaker {group} of a blendbsdf"] = None
-                continue
-            table["diffuse"] = sum(share for share, _ in parts)
-            colors = [share * np.array(_rgb(part["color"])) for share, part in parts]
-            table["color"] = [float(c) for c in np.sum(colors, axis=0) / table["diffuse"]]
-    if "fresnel" not in table and "schlick" in (first.get("fresnel"), second.get("fresnel")):
-        table["fresnel"] = "schlick"
-    return table
+    share = min(max(weight, 0.0), 1.0)
+    return blended([(1 - share, first), (share, second)], context.left_out)
 
 
 _KINDS: Final[dict[str, Callable[[Plugin, Materials], Table]]] = {

@@ -35,7 +35,6 @@ class Context:
     included: dict[Path, int] = field(default_factory=dict)  # the line that names a file
     left_out: dict[str, None] = field(default_factory=dict)
     first_version: bool = False  # a file of Mitsuba's first version
-    ior: float | None = None  # around all glass
     depths: dict[int, int | None] = field(default_factory=dict)  # of integrators
     filled: int = 0  # letters that parameters have added
     used: set[tuple[str, int]] = field(default_factory=set)
@@ -93,14 +92,15 @@ class Context:
     def check(self, plugin: Plugin, known: dict[str, str]) -> None:
         """Raise for a value that a plugin has not; what it has, but we have not, is left out.
 
-        known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
+        known: what each value becomes, "" of those without a counterpart, "0" of those that change nothing
+        where they are 0, "-" of those that never do.
         """
         plugin.element.understood = True
         for name, element in plugin.values.items():
             if name not in known:
                 what = f"value of {plugin.element.tag} {show(plugin.type)} called"
                 self.other(element, what, name, [*known])
-            elif known[name] == "":
+            elif known[name] == "" or (known[name] == "0" and element.keys.get("value", "").strip("+-.0")):
                 self.left_out[f"{name.replace('_', ' ')} of {plugin.type}"] = None
 
     def other(self, element: Element, what: str, name: str, known: list[str]) -> None:

@@ -20,6 +20,7 @@ from clrt.formats.mitsuba.bsdfs import Materials
 from clrt.formats.mitsuba.file import Context, opened
 from clrt.formats.mitsuba.normals import by_number, fronts_differ, inside_out, leans
 from clrt.formats.mitsuba.shapes import INSIDE_OUT, Shapes, front, green
+from clrt.formats.mitsuba.surroundings import around
 from clrt.formats.mitsuba.values import Plugin
 from clrt.formats.mitsuba.views import ON_SHAPES, camera, depth, emitter
 from clrt.formats.xml_tree import Element
@@ -175,12 +176,13 @@ def _scene(tops: list[Element], context: Context) -> Scene:
         context.left_out["cameras but the first"] = None
     table |= {} if most is None else {"max_depth": most}
     table |= {"shapes": shapes.shapes, "materials": shapes.named}
-    table |= {} if context.ior is None else {"medium_ior": context.ior}
-    with notices.without("a surface makes light"):  # of coefficients that nobody stated here
+    table |= {"medium_ior": min(shapes.outside.values())} if shapes.outside else {}
+    with notices.without("diffuse + max("):  # of coefficients that nobody stated here
         scene = read_scene(table, folder=context.folder, source=context.source, limits=context.limits)
     if most is not None and most <= _SHALLOW and _shows_lights(scene):
         context.left_out[f"what mirrors and glass show of light at a max_depth of {most + 2}"] = None
     _look_at_files(scene, shapes, context)
+    around(shapes.outside, scene, context.left_out)
     if context.left_out:
         text = f"left out, since there is no counterpart: {listed(context.left_out)}"
         notices.warn(context.source, "", text)

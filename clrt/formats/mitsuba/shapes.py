@@ -51,6 +51,7 @@ class Shapes:
     _alike: dict[str, str] = field(default_factory=dict)
     _radiances: dict[int, Any] = field(default_factory=dict)
     leaning: dict[int, Plugin] = field(default_factory=dict)  # files with a normal map, by number
+    outside: dict[int, float] = field(default_factory=dict)  # indices around glass, by number
     glass: dict[int, Plugin] = field(default_factory=dict)  # files that light enters
     _with_uv: dict[str, bool] = field(default_factory=dict)  # by names of files
 
@@ -71,7 +72,7 @@ class Shapes:
             self.lights.append(light | {"radiance": radiance})
             return
         bsdf = context.first(plugin, "bsdf") or _PLAIN
-        table = self._settled(self.materials.of(bsdf))
+        table = self._settled(self._inner(self.materials.of(bsdf)))
         flipped = plugin.flag("flip_normals", False)
         file = plugin.type in ("obj", "ply")  # which nobody has looked at yet
         # a mirrored sphere is inside out there, and with its normals flipped right side out again
@@ -166,6 +167,16 @@ class Shapes:
             left = {name: 0.5 if _is_image(value) else value for name, value in table.items()}
             left.pop("normal_map", None)
             self._made[key] = left
+        return self._made[key]
+
+    def _inner(self, table: Table) -> Table:
+        """A material without the index around it, which is kept."""
+        if "ext_ior" not in table:
+            return table
+        self.outside[len(self.shapes)] = table["ext_ior"]
+        key = id(table), "inner"
+        if key not in self._made:
+            self._made[key] = {name: value for name, value in table.items() if name != "ext_ior"}
         return self._made[key]
 
     def _settled(self, table: Table) -> Table:

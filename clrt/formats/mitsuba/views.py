@@ -12,7 +12,7 @@ from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
 from clrt.formats.mitsuba.spectra import times
 from clrt.formats.mitsuba.values import Array, Plugin, looks
-from clrt.formats.xml_tree import Element
+from clrt.formats.xml_tree import Element, unknown
 from clrt.scene.pinhole import ahead
 from clrt.scene.transforms import is_similarity
 
@@ -121,7 +121,9 @@ def _unit(plugin: Plugin, axis: int) -> Array:
 def _angle(plugin: Plugin, width: int, height: int) -> Table:
     """The angle of view along the axis that a camera here has."""
     known = ("x", "y", "diagonal", "smaller", "larger")
-    axis = plugin.one_of("fov_axis", "x", {name: name for name in known})
+    axis = plugin.text("fov_axis", "x").lower()  # which Mitsuba does not tell apart
+    if axis not in known:
+        raise unknown(plugin.values["fov_axis"], "fov axis", axis, [*known])
     if axis in ("smaller", "larger"):
         axis = "x" if (axis == "larger") == (width >= height) else "y"
     if "fov" in plugin.values:
@@ -161,7 +163,7 @@ def _film(plugin: Plugin, context: Context) -> Table:
     if film is None:
         return found | {"filter": _FILTER}
     context.check(film, _FILM)
-    if (pixels := film.text("pixel_format", "rgb")).startswith("luminance"):
+    if (pixels := film.text("pixel_format", "rgb")).lower().startswith("luminance"):
         context.left_out[f"pixel format {show(pixels)}"] = None
     found = {name: film.whole(name, found[name], 1) for name in found}
     kind = _within(film, "rfilter", _FILTERS, context)
