@@ -36,7 +36,8 @@ def run(options: argparse.Namespace) -> int:
             scene, path, lambda text: with_itself(scene, path, text)
         )
         if changed and not options.quiet:
-            say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
+            things = "1 thing" if changed == 1 else f"{changed} things"
+            say(f"{options.output}: Mitsuba lacks {things} of this scene; its first lines name all")
         return 0
     if Path(options.output).suffix.lower() == ".pov":
         from clrt.base.resources import validation_module

@@ -12,12 +12,15 @@ from .hashing import camera_words, combine, mix, on_disk, unit
 from .records import Camera, Scene
 
 
-def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 0.0) -> dict[str, Any]:
+def sensor(
+    camera: Camera, width: int, height: int, scale: float, center: Any = 0.0, near: float | None = None
+) -> dict[str, Any]:
     """The camera about `center` as a plugin of Mitsuba's, for pictures of width x height; `scale`: the
     scene's size.
 
-    Mitsuba's camera looks along +z with +x to the left. `near` = 0, which it does not allow, becomes a small
-    distance; the worker then moves the rays' origins back into the camera.
+    Mitsuba's camera looks along +z with +x to the left. The camera's `near` = 0, which it does not allow,
+    becomes a hundredth of the scene, and the worker moves the rays' origins back into the camera; or so much
+    of the distance to the target as `near` says.
     """
     forward = np.subtract(camera.target, camera.origin)
     forward = forward / np.linalg.norm(forward)
@@ -26,7 +29,9 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     up = np.cross(right, forward)
     right = -right if camera.mirror else right
     origin = np.asarray(camera.origin, float) - center
-    near = camera.near if camera.near > 0 else 1e-2 * scale
+    away = float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
+    least = 1e-2 * scale if near is None else min(1e-2 * scale, near * away)
+    near = camera.near if camera.near > 0 else least
     plugin: dict[str, Any] = {"type": camera.type, "near_clip": near, "far_clip": near + 1e3 * scale}
     stretch = 1.0
     if camera.type == "perspective":

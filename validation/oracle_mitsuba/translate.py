@@ -15,12 +15,16 @@ from typing import Any
 import numpy as np
 
 from . import cameras, skies, surfaces, textures
-from .forms import Array
+from .forms import Array, ellipsoid_frame
 from .parts import SMALL, Part, geometry
 from .plugins import Plugin, shape
 from .plugins import rgb as color
 from .reading import Untranslated
 from .records import Camera, Checker, Material, Scene, rgb
+from .shapes import Quadric
+from .surroundings import around_glass
+
+_NEAR = 1e-4  # of the distance to the camera's target: where it sees from, which Mitsuba has above 0
 
 
 def to_mitsuba(source: Scene) -> Plugin:
@@ -34,16 +38,20 @@ def translated(source: Scene) -> tuple[Plugin, list[str]]:
         raise Untranslated("pictures on surfaces are not translated into a file of Mitsuba's")
     notes = _settings_notes(source)
     world = geometry(source, SMALL)
+    outside = around_glass(source, world.parts, notes)
+    for index, item in enumerate(source.shapes):
+        if isinstance(item, Quadric) and item.clip is None and ellipsoid_frame(item.coefficients) is None:
+            notes.append(f"shapes[{index}]: it has no end; its mesh has, and is coarse in a large scene")
     children: dict[str, Plugin] = {
         "integrator": {"type": "path", "max_depth": source.max_depth + 2, "rr_depth": 100_000}
     }
     camera = source.camera
     if camera is not None:
-        children["sensor"] = cameras.sensor(camera, camera.width, camera.height, world.size)
+        children["sensor"] = cameras.sensor(camera, camera.width, camera.height, world.size, near=_NEAR)
         children["sensor"]["sampler"] = {"type": "independent", "sample_count": max(16, camera.spp)}
     for index, part in enumerate(world.parts):
         part = textures.shaped(part, source)
-        inner = _surface(source, part, notes)
+        inner = _surface(source, part, outside[index], notes)
         plugin = textures.dressed(shape(part, **inner), part, source, np.zeros(3))
         children[f"shape_{part.owner}_{index}"] = plugin
     look_at = np.asarray(camera.target, float) if camera is not None else world.center
@@ -57,7 +65,13 @@ def translated(source: Scene) -> tuple[Plugin, list[str]]:
 
 def _settings_notes(source: Scene) -> list[str]:
     notes = []
-    if max(rgb(source.ambient)) > 0:
+    sky = source.background_path is not None or max(rgb(source.background)) > 0
+    same = source.background_path is None and rgb(source.background) == rgb(source.ambient)
+    if sky and same:
+        notes.append("ambient: the light of Mitsuba's sky, from which things shade one another")
+    elif sky:
+        notes.append("background: Mitsuba's sky lights surfaces, too")
+    if max(rgb(source.ambient)) > 0 and not same:
         notes.append("ambient: left out; Mitsuba has no constant ambient light")
     if source.shadow == "tinted":
         notes.append("shadow: Mitsuba's shadows of glass are opaque")
@@ -78,8 +92,6 @@ def _camera_notes(camera: Camera | None) -> list[str]:
     if camera is None:
         return []
     notes = []
-    if camera.near == 0:
-        notes.append("camera.near: Mitsuba's is above 0")
     middle = np.array(camera.shift, float)
     if camera.K is not None:
         (fx, _, cx), (_, fy, cy), _ = camera.K
@@ -94,11 +106,12 @@ def _camera_notes(camera: Camera | None) -> list[str]:
     return notes
 
 
-def _surface(source: Scene, part: Part, notes: list[str]) -> dict[str, Any]:
-    """`bsdf`, and `emitter` where the material emits."""
+def _surface(source: Scene, part: Part, outside: float, notes: list[str]) -> dict[str, Any]:
+    """`bsdf`, and `emitter` where the material emits; `outside`: the index around it."""
     material = source.material_of(source.shapes[part.owner])
     place = f"shapes[{part.owner}].material"
-    inner: dict[str, Any] = {"bsdf": _sum(_lobes(source, material, part, place, notes), place, notes)}
+    lobes = _lobes(source, material, part, outside, place, notes)
+    inner: dict[str, Any] = {"bsdf": _sum(lobes, place, notes)}
     if max(rgb(material.emission)) > 0:
         inner["emitter"] = {"type": "area", "radiance": color(rgb(material.emission))}
         notes.append(
@@ -111,7 +124,9 @@ Lobe = tuple[float, Any]
 """How strong a lobe is (its largest band), and a function that makes its plugin so many times as strong."""
 
 
-def _lobes(source: Scene, material: Material, part: Part, place: str, notes: list[str]) -> list[Lobe]:
+def _lobes(
+    source: Scene, material: Material, part: Part, outside: float, place: str, notes: list[str]
+) -> list[Lobe]:
     lobes: list[Lobe] = []
     if material.diffuse > 0:
         colors = material.color.colors if isinstance(material.color, Checker) else (material.color,)
@@ -136,7 +151,7 @@ def _lobes(source: Scene, material: Material, part: Part, place: str, notes: lis
             notes.append(f"{place}.absorption: left out; Mitsuba's dielectrics are clear")
         boundary = {
             "type": "thindielectric" if material.thin else "dielectric",
-            "int_ior": material.ior_d, "ext_ior": float(source.medium_ior),
+            "int_ior": material.ior_d, "ext_ior": outside,
         }  # fmt: skip
         lobes.append((max(mirror.max(), clear.max()), lambda scale: {
             **boundary, "specular_reflectance": color(scale * mirror),
