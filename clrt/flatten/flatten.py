@@ -16,7 +16,7 @@ from clrt import layout
 from clrt.base.errors import SceneError, located
 from clrt.base.files import version
 from clrt.flatten.camera import flatten_camera
-from clrt.flatten.coarse import warn_of_coarse_meshes
+from clrt.flatten.coarse import warn_of_coarse_places
 from clrt.flatten.entries import check_entries
 from clrt.flatten.flush import warn_of_flush, warn_of_flush_lamps
 from clrt.flatten.geometry import GEOMETRY, geometry
@@ -184,7 +184,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
-        warn_of_coarse_meshes(scene, extents.low, extents.high)
+        warn_of_coarse_places(scene, extents.low, extents.high)
         warn_of_hidden_view(scene, extents.low, extents.high)
         warn_of_flush_lamps(scene, extents.low, extents.high)
     passes = _passes(sections["materials"], extents)
