@@ -29,6 +29,7 @@ DIGITS = {
     "worst window": ".3f",
     "FLIP": ".5f",
     "widest place": ".0f",
+    "thin place": ".0f",
 }
 VERDICTS = {
     "identical": ("green", "the same pixels, bit for bit"),

@@ -11,7 +11,7 @@ import pytest
 
 import clrt
 from clrt.images.file import uncurved
-from validation.compare.metrics import HALO, PLACE, PLAIN, widest
+from validation.compare.metrics import HALO, PLACE, PLAIN, THIN, widest
 
 ROOM = """
 ambient = 0.1
@@ -89,7 +89,7 @@ def test_a_thing_that_is_missing_is_no_same_picture(tmp_path: Path) -> None:
     picture = clrt.render(clrt.load(tmp_path / "without.toml"))
     verdict = clrt.compare(picture, tmp_path / "with.toml")
     failed = [gate.name for gate in verdict.gates if not gate.passed]
-    assert verdict.verdict == "similar" and not verdict and failed == ["widest place"]
+    assert verdict.verdict == "similar" and not verdict and failed == ["widest place", "thin place"]
     assert verdict.causes[0].name == "shape 2 (sphere) missing"
     assert clrt.compare(picture, tmp_path / "without.toml").verdict == "identical"
 
@@ -109,3 +109,52 @@ def test_a_program_that_leaves_a_thing_out_is_wrong(tmp_path: Path, out: str) ->
     command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.{out}}}"
     for shapes, code in ((3, 0), (2, 1)):
         assert main(["validate", str(tmp_path / "with.toml"), "--against", f"{command} {shapes}"]) == code
+
+
+ROD = """
+[[shapes]]
+type = "cylinder"
+p0 = [1, 0.5, 1]
+p1 = [1.03, 0.7, 1]
+radius = {radius}
+caps = true
+material = {{color = 0.9}}
+"""
+
+
+@pytest.mark.parametrize("radius", [0.0025, 0.004])
+def test_a_thin_thing_that_is_missing_is_no_same_picture(tmp_path: Path, radius: float) -> None:
+    """A cable or a rail: no square shows it, and means over a large picture do not."""
+    large = ROOM.replace("width = 640, height = 360", "width = 1600, height = 900, spp = 4")
+    (tmp_path / "with.toml").write_text(large + ROD.format(radius=radius))
+    (tmp_path / "without.toml").write_text(large)
+    without, right = (clrt.render(tmp_path / f"{name}.toml").pixels for name in ("without", "with"))
+    verdict = clrt.compare(without, right, seconds=0)
+    failed = {gate.name for gate in verdict.gates if not gate.passed}
+    assert not verdict and "thin place" in failed <= {"thin place", "widest place"}
+    assert clrt.compare(clrt.render(tmp_path / "with.toml", spp=9).pixels, right, seconds=0)
+
+
+@pytest.mark.parametrize(
+    ("width", "length", "found"),
+    [(1, 200, 0), (2, 8, 16), (2, 24, 48), (2, 25, 50), (2, 200, 66), (3, 200, 99)],
+)
+def test_a_thin_place_is_as_long_as_its_square(width: int, length: int, found: int) -> None:
+    """Lines of one pixel are edges that two right programs draw; a square of 33 has no more than 33 rows."""
+    assert (HALO, THIN) == (16, 48)
+    values = grey()
+    values[20 : 20 + length, 70 : 70 + width, 1] -= 9 / 255
+    verdict = clrt.compare(shown(values).astype(np.float32), shown(grey()).astype(np.float32), seconds=0)
+    assert verdict.figures["thin place"] == found
+    failed = {gate.name for gate in verdict.gates if not gate.passed}
+    assert ("thin place" in failed) == (found > THIN) and failed <= {"thin place", "SSIM", "FLIP"}
+
+
+def test_thin_places_are_found_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    from validation.compare import metrics
+
+    monkeypatch.setattr(metrics, "_BLOCK", 64 * 256)
+    values = grey()
+    values[50:80, 40:42] += 0.1
+    verdict = clrt.compare(shown(values).astype(np.float32), shown(grey()).astype(np.float32), seconds=0)
+    assert verdict.figures["thin place"] == 60

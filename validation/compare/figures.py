@@ -11,6 +11,7 @@ from .causes import BYTE
 from .metrics import (
     BORDER,
     PLACE,
+    THIN,
     Array,
     Where,
     blocks,
@@ -19,6 +20,7 @@ from .metrics import (
     extended,
     flip,
     largest,
+    longest,
     share,
     ssim,
     to_white,
@@ -47,6 +49,7 @@ class _Sums:
     inner: int = 0
     worst: float = 1.0
     widest: int = 0
+    longest: int = 0
     perceived: float | None = 0.0
 
     def add_values(self, a: Array, b: Array, tolerance: float) -> None:
@@ -86,6 +89,7 @@ class _Sums:
             "PSNR": decibels(self.squares / (3 * count)),
             "worst window": self.worst,
             "widest place": self.widest,
+            "thin place": self.longest,
             "largest difference": self.largest_off,
             "mean difference": self.off / count,
             "largest, of 255": 255 * self.largest_shown,
@@ -115,7 +119,9 @@ def measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[st
         out = ~mask[block]
         sums.add_values(ours[here][out], right[here][out], tolerance)
         sums.add_seen(encoded(ours), encoded(right), here, out, inner[block])
-        sums.widest = max(sums.widest, widest(extended(ours) - extended(right)))
+        difference = extended(ours) - extended(right)
+        sums.widest = max(sums.widest, widest(difference))
+        sums.longest = max(sums.longest, longest(difference, here))
     metrics = {**sums.metrics(), "edges left out": share(mask)}
     if max(a.max(initial=0.0), b.max(initial=0.0)) > 1:
         metrics[_BRIGHT] = decibels(sums.bright_squares / (3 * max(sums.pixels, 1)))
@@ -135,6 +141,8 @@ def _gates(metrics: dict[str, float], masked: bool, tolerance: float) -> tuple[G
         found.append(gate(_BRIGHT, metrics[_BRIGHT], limit.psnr, "high", bright))
     place = "pixels a side of what is off by more than 8 of 255"
     found.append(gate("widest place", metrics["widest place"], PLACE, "low", place))
+    thin = "pixels of a place two or more wide that is off by more than 8 of 255"
+    found.append(gate("thin place", metrics["thin place"], THIN, "low", thin))
     if masked:
         bound = 0.001 if tolerance < BYTE else 0.01
         found.append(gate("pixels that differ", metrics["pixels that differ"], bound, "low", "outside edges"))

@@ -28,6 +28,7 @@ BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows
 _BLOCK = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
 HALO = 16  # pixels about a block that its figures depend on: half of FLIP's widest filter; SSIM's is 5
 PLAIN = 8 / 255  # of an encoded value: what an eye sees beside what it should be
+THIN = 48  # pixels of such a thing, of those within a square of 2 HALO + 1 that has them
 PLACE = 3  # pixels a side of what is off in pictures that show the same; 1 more is an object
 _DIM = 2.0**-8  # 13 of 255, as a screen shows it
 _LEAST_HALF = 2.0**-24  # the step of the smallest floats of 16 bits
@@ -180,6 +181,39 @@ def widest(difference: Array) -> int:
         side += 1
         off = off[1:, 1:] & off[1:, :-1] & off[:-1, 1:] & off[:-1, :-1]
     return side
+
+
+def longest(difference: Array, here: Where) -> int:
+    """How many pixels off one way, by more than PLAIN of a channel, lie together in places that are at least
+    two wide: the most within a square of 2 HALO + 1 pixels about one of those `here`.
+
+    difference: (h, w, 3), of `extended` pictures. What has as many is a thin thing, which no square shows: a
+    rod of a pixel and a half has them within 24.
+    """
+    found = 0
+    for off in (difference > PLAIN, difference < -PLAIN):
+        for channel in range(off.shape[-1]):
+            wide = _twice_wide(off[..., channel])
+            if wide.any():
+                found = max(found, int(_sums_around(wide, HALO)[here].max(initial=0)))
+    return found
+
+
+def _twice_wide(off: Array) -> Array:
+    """The pixels (h, w) of a bool array that lie in a square of 2 x 2 of them."""
+    squares = np.pad(off[1:, 1:] & off[1:, :-1] & off[:-1, 1:] & off[:-1, :-1], 1)
+    wide: Array = squares[1:, 1:] | squares[1:, :-1] | squares[:-1, 1:] | squares[:-1, :-1]
+    return wide
+
+
+def _sums_around(values: Array, reach: int) -> Array:
+    """The sum (h, w) of what lies no more than `reach` rows and columns away."""
+    sums = values.astype(np.int32)
+    for axis in (0, 1):
+        total = np.cumsum(np.pad(sums, [(reach + 1, reach) if k == axis else (0, 0) for k in (0, 1)]), axis)
+        step, many = 2 * reach + 1, sums.shape[axis]
+        sums = np.take(total, range(step, step + many), axis) - np.take(total, range(many), axis)
+    return sums
 
 
 def relative(difference: Array, reference: Array) -> Array:

@@ -13,7 +13,7 @@ from .oracle import gate
 
 _HIGH = ("SSIM", "PSNR", "PSNR above white", "worst window")  # figures that are to be high
 _LOW = ("FLIP", "largest difference", "mean difference", "largest, of 255", "mean, of 255",
-        "pixels that differ", "widest place")  # fmt: skip
+        "pixels that differ", "widest place", "thin place")  # fmt: skip
 
 
 def check_wanted(wanted: Mapping[str, float] | None) -> None:
