@@ -31,7 +31,7 @@ _MEANINGS = {
     "PSNR above white": "dB, of radiance above 1",
     "worst window": "SSIM of the worst 11 x 11 pixels",
     "widest place": "pixels a side, off by 8 of 255",
-    "thin place": "pixels, two or more wide, off so far",
+    "thin place": "pixels, 2 wide, off by 8 of 255",
     "largest difference": "linear radiance",
     "mean difference": "linear radiance, worst channels",
     "largest, of 255": "in steps of an 8-bit picture",
