@@ -48,7 +48,9 @@ def mesh(size: float, inside: float, outside: float | None = None) -> str:
         ([glass(1, 1.5), glass(0.5, 1.4, x=3)], 1.0, ""),
         ([cube(2, 1.5), glass(0.5, 1.4)], 1.0, NESTED), ([cube(2, 1.5), glass(0.5, 1.4, 1.5)], 1.0, ""),
         ([mesh(1, 1.5), glass(0.5, 1.4)], 1.0, NESTED), ([mesh(1, 1.5), glass(0.5, 1.4, 1.5)], 1.0, ""),
-        ([glass(9, 1.5), mesh(0.1, 1.4)], 1.0, NESTED),
+        ([glass(9, 1.5), mesh(0.1, 1.4)], 1.0, NESTED), ([mesh(1, 1.5), glass(0.5, 1.4, x=8)], 1.0, ""),
+        ([glass(3, 1.5), glass(2, 1.0, 1.5), glass(0.5, 1.5)], 1.0, ""),
+        ([glass(3, 1.5), glass(2, 1.0, 1.5), glass(0.5, 1.5, 1.5)], 1.0, NESTED),
         ([glass(1, 1.33), pane(0.3, 1.5)], 1.0, NESTED), ([glass(1, 1.33), pane(0.3, 1.5, 1.33)], 1.0, ""),
         ([glass(1, 1.5, 1.33), glass(1, 1.4, 1.33, 3.0)], 1.33, ""),
         ([glass(1, 1.5, 1.33), glass(1, 1.4, 1.2, 3.0)], 1.2, OTHER),
@@ -67,10 +69,12 @@ def test_boundaries_of_glass_in_glass(
         assert read(tmp_path, body).medium_ior == medium
 
 
-def test_many_solids_are_looked_through_in_time(tmp_path: Path) -> None:
+@pytest.mark.parametrize("nested", [False, True])
+def test_many_solids_are_looked_through_in_time(tmp_path: Path, nested: bool) -> None:
     took = []
     for count in (1000, 4000):
-        body = "".join(glass(0.4, 1.5, x=k) for k in range(count))
+        places = [(1 + k / count, 0.0) if nested else (0.4, float(k)) for k in range(count)]
+        body = "".join(glass(size, 1.0, 1.0, x) for size, x in places)
         began = time.process_time()
         read(tmp_path, body)
         took.append(time.process_time() - began)

@@ -4,7 +4,8 @@
 
 The text is split as a shell would, but no shell sees it. The program runs in a folder of its own, which is
 removed afterwards, in a process group of its own, which is ended with it, as is what left the group (on
-Linux); what it writes is read as any picture is, within `Limits`.
+Linux), and with who runs it, however that ends (outlive.py); what it writes is read as any picture is,
+within `Limits`.
 """
 
 from __future__ import annotations
@@ -13,13 +14,12 @@ import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -35,11 +35,12 @@ from clrt.judging.verdict import RADIANCE, bits_of_file
 from clrt.scene.scene import Scene
 
 from ..compare.layers import read_layers
+from . import outlive
+from .outlive import end_group, end_strays
 from .scenefiles import FORMATS, write_scene
 
 PICTURES: Final = (".exr", ".png")
 TIMEOUT: Final = 60.0  # seconds of wall time for a picture
-_PASSES: Final = 50  # of ending what others may have started meanwhile
 _PLACE: Final = re.compile(r"\{([^{}]*)\}")
 _NUMBERS: Final = ("width", "height", "spp", "depth")
 _LAST_WORDS: Final = 2000  # bytes of what the program said
@@ -163,7 +164,8 @@ def _from_here(word: str) -> str:
 def _run(command: list[str], folder: Path, timeout: float) -> str:
     """Run a command in a folder; "" where it ended well, else what went wrong."""
     environment = {**os.environ, "TMPDIR": str(folder)}
-    with placed(lambda: tempfile.TemporaryFile()) as words:  # no name: nothing can take its place
+    # no name: nothing can take its place
+    with placed(lambda: tempfile.TemporaryFile()) as words, _outlived(folder) as outlives:
         try:
             process = subprocess.Popen(
                 command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=words, stderr=words,
@@ -172,13 +174,14 @@ def _run(command: list[str], folder: Path, timeout: float) -> str:
         except OSError as error:
             return f"{command[0]}: cannot be started: {error.strerror or error}"
         try:
+            outlives(process.pid)
             _bound_files(process.pid)
             code: int | None = process.wait(timeout)
         except subprocess.TimeoutExpired:
             code = None
         finally:
             _end(process)
-            _end_strays(folder)
+            end_strays(folder)
         words.seek(max(0, os.fstat(words.fileno()).st_size - _LAST_WORDS))
         text = words.read(_LAST_WORDS)
     if code is None:
@@ -193,30 +196,35 @@ def _run(command: list[str], folder: Path, timeout: float) -> str:
 def _end(process: subprocess.Popen[bytes]) -> None:
     """Nothing of the group stays, whatever it started."""
     if hasattr(os, "killpg"):
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
+        end_group(process.pid)
     else:
         process.kill()
     process.wait()
 
 
-def _end_strays(folder: Path) -> None:
-    """Nor what has left the group: it still has the folder for temporary files, which nothing else has."""
-    mark = b"TMPDIR=" + os.fsencode(folder)
-    for _ in range(_PASSES if sys.platform == "linux" else 0):
-        found = [place for place in Path("/proc").glob("[0-9]*/environ") if mark in _words(place)]
-        for place in found:
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(int(place.parent.name), signal.SIGKILL)
-        if not found:
-            return
+@contextmanager
+def _outlived(folder: Path) -> Iterator[Callable[[int], None]]:
+    """What is told the process group that has to end with the block, however this process ends."""
+    if not hasattr(os, "killpg"):
+        yield lambda group: None
+        return
+    command = [sys.executable, "-P", "-S", outlive.__file__, str(folder)]
+    watcher = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )  # fmt: skip
+    told = watcher.stdin
+    assert told is not None
+    with watcher:  # which closes it
 
+        def tell(text: str) -> None:
+            with suppress(OSError):  # somebody ended it
+                os.write(told.fileno(), text.encode())
 
-def _words(place: Path) -> list[bytes]:
-    try:
-        return place.read_bytes().split(b"\0")
-    except OSError:  # another user's, or gone
-        return []
+        try:
+            yield lambda group: tell(f"{group}\n")
+        finally:
+            tell("done\n")
 
 
 def _bound_files(pid: int) -> None:

@@ -13,6 +13,7 @@ from clrt.scene.shapes import Box, Cylinder, Disk, Polygon, Sphere
 NESTED: Final = "that glass within glass has another ext_ior than the int_ior around it"
 _MOST: Final = 1024  # solids, the largest ones, in which others are looked for
 _NEAR: Final = 1e-6
+_WORK, _SHARE = 10_000, 256  # pairs that are looked at, for half a second; so many faces count as one
 
 
 def around(outside: dict[int, float], scene: Scene, left_out: dict[str, None]) -> None:
@@ -28,14 +29,69 @@ def around(outside: dict[int, float], scene: Scene, left_out: dict[str, None]) -
     numbers, (low, high) = [*found], np.array([*found.values()]).transpose(1, 0, 2)
     said = np.array([outside[number] for number in numbers])
     size = (high - low).prod(axis=1)
+    around_it: dict[int, int] = {}  # the smallest solid that a shape lies in
+    left = _WORK
     for k in np.argsort(-size)[:_MOST].tolist():
-        material = inside[numbers[k]]
-        if material.thin or not isinstance(material.ior, (int, float)):
+        if inside[numbers[k]].thin:
             continue
-        within = (low > low[k]).all(axis=1) & (high < high[k]).all(axis=1)
-        if (np.abs(said[within] - material.ior) > _NEAR * said[within]).any():
+        within = np.flatnonzero((low > low[k]).all(axis=1) & (high < high[k]).all(axis=1))
+        for other in within.tolist():
+            left -= 1 + scene.shapes[numbers[k]].primitives // _SHARE
+            if left < 0:  # of more nobody is told
+                return
+            if _encloses(scene.shapes[numbers[k]], _point(scene.shapes[numbers[other]])):
+                around_it[other] = k
+    for other, k in around_it.items():
+        there = inside[numbers[k]].ior
+        if isinstance(there, (int, float)) and not math.isclose(said[other], there, rel_tol=_NEAR):
             left_out[NESTED] = None
             return
+
+
+def _encloses(shape: Any, point: np.ndarray) -> bool:
+    """Whether a point of the world is within a solid."""
+    if isinstance(shape, Mesh):
+        matrix = np.asarray(shape.matrix, np.float64)
+        corners = shape.data().vertices @ matrix[:3, :3].T + matrix[:3, 3] - point
+        return _turns(corners[np.asarray(shape.data().faces)]) > 0.5
+    x = (np.linalg.inv(np.asarray(shape.matrix, np.float64)) @ [*point, 1.0])[:3]
+    if isinstance(shape, Sphere):
+        return bool(np.linalg.norm(x - np.array(shape.center)) < shape.radius)
+    if isinstance(shape, Box):
+        return bool((x > shape.min).all() and (x < shape.max).all())
+    if isinstance(shape, Cylinder):
+        axis, away = np.subtract(shape.p1, shape.p0), x - np.array(shape.p0)
+        along = (away @ axis) / (axis @ axis)
+        return bool(0 < along < 1 and np.linalg.norm(away - along * axis) < shape.radius)
+    return False
+
+
+def _turns(corners: np.ndarray) -> float:
+    """How often triangles (n, 3, 3) are around the origin, whichever side is out: their solid angles over
+    4 pi (van Oosterom and Strackee, 1983)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    rest = x * y * z + np.einsum("ij,ij->i", a, b) * z + np.einsum("ij,ij->i", b, c) * x
+    rest += np.einsum("ij,ij->i", c, a) * y
+    return float(abs(np.arctan2(volume, rest).sum())) / (2 * math.pi)
+
+
+def _point(shape: Any) -> np.ndarray:
+    """One of its surface, in the world."""
+    matrix = np.asarray(shape.matrix, np.float64)
+    if isinstance(shape, Mesh):
+        local = np.asarray(shape.data().vertices[np.asarray(shape.data().faces)[0]]).mean(axis=0)
+    elif isinstance(shape, (Sphere, Disk)):
+        local = np.array(shape.center, np.float64)
+        local += (shape.radius, 0.0, 0.0) if isinstance(shape, Sphere) else (0.0, 0.0, 0.0)
+    elif isinstance(shape, Box):
+        local = np.array([shape.max[0], shape.min[1], shape.min[2]], np.float64)
+    else:
+        points = [shape.p0] if isinstance(shape, Cylinder) else shape.points
+        local = np.array(points, np.float64).mean(axis=0)
+    placed: np.ndarray = matrix[:3, :3] @ local + matrix[:3, 3]
+    return placed
 
 
 def _box(shape: Any) -> tuple[np.ndarray, np.ndarray] | None:
