@@ -339,3 +339,13 @@ def test_diffuse_reflectance_of_the_first_version(tmp_path: Path) -> None:
     plain = BALL.format(f'<bsdf type="diffuse">{color.format("reflectance")}</bsdf>')
     found = read(tmp_path, plain, "0.5.0")
     assert found.material_of(found.shapes[0]).color == (0.5, 0.3, 0.2)
+
+
+@pytest.mark.parametrize(("name", "word"), [("wrap_mode", "Clamp"), ("filter_type", "cubic")])
+def test_words_of_textures_that_mitsuba_has_not(tmp_path: Path, name: str, word: str) -> None:
+    """Of these it does tell large letters from small ones."""
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    values = FILE.format("a.png") + f'<string name="{name}" value="{word}"/>'
+    texture = f'<texture type="bitmap" name="reflectance">{values}</texture>'
+    with pytest.raises(clrt.SceneError, match=name.replace("_", " ")):
+        read(tmp_path, BALL.format(f'<bsdf type="diffuse">{texture}</bsdf>'))

@@ -23,16 +23,16 @@ def around(outside: dict[int, float], scene: Scene, left_out: dict[str, None]) -
     for index in {*outside.values()}:
         if index != scene.medium_ior and not any(math.isclose(index, ior, rel_tol=_NEAR) for ior in indices):
             left_out["more than one ext_ior"] = None
-    found = {number: box for number in outside if (box := _box(scene.shapes[number])) is not None}
-    if len(found) < 2:
+    if len(outside) < 2:
         return
-    numbers, (low, high) = [*found], np.array([*found.values()]).transpose(1, 0, 2)
+    numbers = [*outside]
+    low, high = np.array([_box(scene.shapes[number]) for number in numbers]).transpose(1, 0, 2)
     said = np.array([outside[number] for number in numbers])
     size = (high - low).prod(axis=1)
     around_it: dict[int, int] = {}  # the smallest solid that a shape lies in
     left = _WORK
     for k in np.argsort(-size)[:_MOST].tolist():
-        if inside[numbers[k]].thin:
+        if inside[numbers[k]].thin or scene.shapes[numbers[k]].is_open:
             continue
         within = np.flatnonzero((low > low[k]).all(axis=1) & (high < high[k]).all(axis=1))
         for other in within.tolist():
@@ -57,13 +57,8 @@ def _encloses(shape: Any, point: np.ndarray) -> bool:
     x = (np.linalg.inv(np.asarray(shape.matrix, np.float64)) @ [*point, 1.0])[:3]
     if isinstance(shape, Sphere):
         return bool(np.linalg.norm(x - np.array(shape.center)) < shape.radius)
-    if isinstance(shape, Box):
-        return bool((x > shape.min).all() and (x < shape.max).all())
-    if isinstance(shape, Cylinder):
-        axis, away = np.subtract(shape.p1, shape.p0), x - np.array(shape.p0)
-        along = (away @ axis) / (axis @ axis)
-        return bool(0 < along < 1 and np.linalg.norm(away - along * axis) < shape.radius)
-    return False
+    assert isinstance(shape, Box)
+    return bool((x > shape.min).all() and (x < shape.max).all())
 
 
 def _turns(corners: np.ndarray) -> float:
@@ -94,8 +89,8 @@ def _point(shape: Any) -> np.ndarray:
     return placed
 
 
-def _box(shape: Any) -> tuple[np.ndarray, np.ndarray] | None:
-    """Around the surface of a shape as they are made of Mitsuba's; None where it has none."""
+def _box(shape: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Around the surface of a shape as they are made of Mitsuba's."""
     matrix = np.asarray(shape.matrix, np.float64)
     if isinstance(shape, Mesh):
         points = np.asarray(shape.data().vertices, np.float64)
@@ -112,7 +107,5 @@ def _box(shape: Any) -> tuple[np.ndarray, np.ndarray] | None:
         ends = np.array([shape.p0, shape.p1], np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         half = np.linalg.norm(matrix[:3, :3], axis=1) * shape.radius
         return ends.min(axis=0) - half, ends.max(axis=0) + half
-    if not len(points):
-        return None
     points = points @ matrix[:3, :3].T + matrix[:3, 3]
     return points.min(axis=0), points.max(axis=0)
