@@ -147,7 +147,7 @@ def test_without_flip_the_other_gates_decide(folder: Path, capsys: Printed, monk
         assert "FLIP" not in out.replace(note, "") and "SSIM" in out and "nan" not in out
     _, out = compare(folder, capsys, "right.png", "right.exr", "--json")
     found = json.loads(out)
-    assert [gate["name"] for gate in found["gates"]] == ["SSIM", "PSNR", "widest place"]
+    assert [gate["name"] for gate in found["gates"]] == ["SSIM", "PSNR", "widest place", "thin place"]
     assert "FLIP" not in found["metrics"]
     assert note.removeprefix("note: ") in found["notes"]
     code, out = many(folder, capsys, "right.exr", "right.png", "flipped.png")

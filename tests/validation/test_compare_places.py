@@ -116,17 +116,16 @@ ROD = """
 type = "cylinder"
 p0 = [1, 0.5, 1]
 p1 = [1.03, 0.7, 1]
-radius = {radius}
+radius = 0.004
 caps = true
-material = {{color = 0.9}}
+material = {color = 0.9}
 """
 
 
-@pytest.mark.parametrize("radius", [0.0025, 0.004])
-def test_a_thin_thing_that_is_missing_is_no_same_picture(tmp_path: Path, radius: float) -> None:
+def test_a_thin_thing_that_is_missing_is_no_same_picture(tmp_path: Path) -> None:
     """A cable or a rail: no square shows it, and means over a large picture do not."""
-    large = ROOM.replace("width = 640, height = 360", "width = 1600, height = 900, spp = 4")
-    (tmp_path / "with.toml").write_text(large + ROD.format(radius=radius))
+    large = ROOM.replace("width = 640, height = 360", "width = 1280, height = 720, spp = 4")
+    (tmp_path / "with.toml").write_text(large + ROD)
     (tmp_path / "without.toml").write_text(large)
     without, right = (clrt.render(tmp_path / f"{name}.toml").pixels for name in ("without", "with"))
     verdict = clrt.compare(without, right, seconds=0)
