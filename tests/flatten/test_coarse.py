@@ -16,6 +16,7 @@ CORNERS = np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0], [0, 0, 2]], float)
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
 MAP = np.array([431236.5, 200.0, -5423456.25])
 EYE = np.array([3.0, 4.0, 12.0])
+FAR = np.array([20000.0, 0.0, 9000.0])
 TURNED = [{"rotate": ["y", 30]}]
 KINDS: dict[str, dict[str, Any]] = {
     "mesh": {"type": "mesh", "vertices": CORNERS, "faces": FACES},
@@ -77,12 +78,15 @@ def test_as_many_steps_as_are_not_seen(size: float, told: bool) -> None:
 
 
 @pytest.mark.parametrize(("height", "told"), [(10.0, True), (500.0, True), (1000.0, False), (2600.0, False)])
-def test_a_camera_that_is_near_to_what_it_sees_out_there(height: float, told: bool) -> None:
+@pytest.mark.parametrize("kind", ["mesh", "box"])
+def test_a_camera_that_is_near_to_what_it_sees_out_there(kind: str, height: float, told: bool) -> None:
     """A terrain is large enough for its own corners, and the camera stands on it."""
     ground = CORNERS * 3000 + MAP
     camera = {"origin": (ground[1] + [0, height, 0]).tolist(), "target": ground[1].tolist()}
-    mesh = {"type": "mesh", "vertices": ground, "faces": FACES}
-    texts = said(clrt.load_dict({"camera": camera, "ambient": 1.0, "shapes": [mesh]}))
+    land = {"type": "mesh", "vertices": ground, "faces": FACES}
+    if kind == "box":
+        land = {"type": "box", "min": (MAP - 9000).tolist(), "max": (MAP + FAR).tolist()}
+    texts = said(clrt.load_dict({"camera": camera, "ambient": 1.0, "shapes": [land]}))
     assert ["camera.origin: it is rounded to 0.5, so far out" in text for text in texts] == [True] * told
 
 

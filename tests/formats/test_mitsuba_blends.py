@@ -65,6 +65,7 @@ def test_any_two_are_one_material(tmp_path: Path, first: str) -> None:
     ("weight", "first", "second", "reflection", "named"),
     [
         (0.2, "mirror", "glass", 0.8, "the weaker glass"), (0.2, "mirror", "pane", 0.8, "the weaker glass"),
+        (0.4, "mirror", "glass", 0.6, "the weaker glass"),  # which sends on 0.4, mirrored and through it
         (0.4, "plastic", "mirror", 0.4, "the weaker reflection"),
         (0.6, "mirror", "plastic", 0.4, "the weaker reflection"),
         (0.4, "glass", "mirror", 0.6, "the weaker reflection"),

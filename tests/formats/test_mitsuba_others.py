@@ -15,6 +15,7 @@ import clrt
 from clrt.scene.textures import ImageTexture
 from tests.mitsuba_samples import BALL, SCENES, lost, material, read, table
 
+UNUSED = ("anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss")
 FILE = '<string name="filename" value="{}"/>'
 
 
@@ -349,3 +350,14 @@ def test_words_of_textures_that_mitsuba_has_not(tmp_path: Path, name: str, word:
     texture = f'<texture type="bitmap" name="reflectance">{values}</texture>'
     with pytest.raises(clrt.SceneError, match=name.replace("_", " ")):
         read(tmp_path, BALL.format(f'<bsdf type="diffuse">{texture}</bsdf>'))
+
+
+def test_values_of_principled_that_change_nothing_are_not_named(tmp_path: Path) -> None:
+    """Blender's add-on writes all of them, as 0 where they are not used."""
+    ball = BALL.format('<bsdf type="principled">{}</bsdf>')
+    for zero in ("0", "0.0", "-0.000000"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            read(tmp_path, ball.format("".join(f'<float name="{n}" value="{zero}"/>' for n in UNUSED)))
+    for name in UNUSED:
+        assert name.replace("_", " ") in lost(tmp_path, ball.format(f'<float name="{name}" value="0.05"/>'))

@@ -1,4 +1,8 @@
-"""The indices around glass: each boundary of Mitsuba's has its own, a scene one, and solids in others."""
+"""The indices around glass: each boundary of Mitsuba's has its own, a scene one, and solids in others.
+
+Whether a point is inside is asked here of the few shapes that files of Mitsuba's have: `clrt.flatten.inside`
+stands above this room, and knows all.
+"""
 
 from __future__ import annotations
 
